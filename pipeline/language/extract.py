@@ -59,6 +59,8 @@ _PROSE = re.compile(
 )
 #: What only a page's headings are.
 _WORD = re.compile(r"^[A-Z][a-z-]{3,}$")
+#: A column of a table of a page (`report.blocks.Table.of`): its heading, then what stands there.
+_COLUMN = re.compile(r"(?:^| \| )([^{}|]+): \{")
 _IN_TEMPLATE = re.compile(r'_\("([^"]+)"\)')
 _FIELD = re.compile(r"\{(\d+)\}")
 _COUNTING = {"plural", "_plural"}
@@ -125,6 +127,9 @@ def _of_module(text: str, name: str) -> Iterator[Entry]:
         if node in silent or not isinstance(node, ast.Constant | ast.JoinedStr):
             continue
         whole, notes = _message(node)
+        plain = node.value if isinstance(node, ast.Constant) else ""
+        if name.startswith("report/") and isinstance(plain, str) and ": {" in plain:
+            whole = "\n".join(_COLUMN.findall(plain)) or whole
         for line in whole.split("\n"):
             message, own = _numbered(line.strip(), notes)
             heading = name.startswith("report/") and _WORD.match(message)

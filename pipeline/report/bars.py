@@ -44,22 +44,9 @@ def bars_figure(
     x_range: tuple[float, float],
     mark: float | None = None,
 ) -> Figure:
-    """Draw a bar from 0 for each value, its interval across its end.
+    """Draw a bar from 0 for each value, from top to bottom, its interval across its end.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page, of letters, digits and hyphens.
-    lead, caption : str
-        The sentence above, and what is drawn how, for those who do not see it as well.
-    bars : sequence of Bar
-        From top to bottom.
-    x_label : str
-        With its unit.
-    x_range : (float, float)
-        What lies beyond is drawn at the edge.
-    mark : float, optional
-        Where a dashed line stands.
+    What lies beyond `x_range` is drawn at the edge; `mark` is where a dashed line stands.
     """
     labels = [
         fill(translate(bar.label), _LETTERS, break_on_hyphens=False, break_long_words=False)
@@ -102,18 +89,9 @@ def gains_figure(
     lead: str,
     one_is: str = "as the vehicle file says",
 ) -> Figure:
-    """Draw gains of thrusters; those whose interval does not hold 1 are orange.
+    """Draw gains (name, value, interval); those whose interval does not hold 1 are orange.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page.
-    gains : sequence of (str, float or None, interval or None)
-        What each is called, its value and its 95 % interval; what has none is left out.
-    lead : str
-        What to see.
-    one_is : str
-        What a gain of 1 means.
+    What has no interval is left out; `one_is` says what a gain of 1 means.
     """
     bars = [
         Bar(label, value, ci95, BLUE if ci95[0] <= 1.0 <= ci95[1] else ORANGE)

@@ -71,17 +71,7 @@ def vehicle_glance(results: VehicleResults) -> Glance:
 def bench_line(
     title: str, inverse: InverseCharacteristic | None, mooring: MooringRecord | None = None
 ) -> str:
-    """Say largest thrusts, dead zone and residual; nothing where there are no tables.
-
-    Parameters
-    ----------
-    title : str
-        Of the vehicle or thruster.
-    inverse : InverseCharacteristic or None
-        Its tables.
-    mooring : MooringRecord, optional
-        What they were measured from.
-    """
+    """Say largest thrusts, dead zone and residual; nothing where there are no tables."""
     if inverse is None or inverse.firmware is None:
         return ""
     made = inverse.firmware
@@ -93,8 +83,11 @@ def bench_line(
         f"{fixed(ahead.thrust_max_n[0], 1)} / {fixed(-astern.thrust_max_n[0], 1)} N at rest",
         f"dead zone to code {code(round(ahead.code[0][0]))}",
     ]
-    rms = _residual_n(inverse, mooring)
-    if rms is not None:
+    own = [p for p in mooring.points if not p.marks and p.code] if mooring is not None else []
+    if own:
+        codes, thrust = _curve(made)
+        left = [p.thrust_n - float(np.interp(p.code, codes, thrust)) for p in own]
+        rms = float(np.sqrt(np.mean(np.square(left))))
         parts.append(f"residual {fixed(rms, 2)} N rms")
     return f"{where}: {', '.join(parts)}"
 
@@ -128,16 +121,3 @@ def _curve(made: FirmwareCharacteristic, speed_mps: float = 0.0) -> tuple[FloatA
     codes = np.linspace(made.code_min, made.code_max, _CODES)
     sides = {"positive": thrust_grid(made.positive), "negative": thrust_grid(made.negative)}
     return codes, thrust_from_code(codes, speed_mps, **sides)
-
-
-def _residual_n(inverse: InverseCharacteristic, mooring: MooringRecord | None) -> float | None:
-    """Rms of measured less tabulated thrust at rest. [N]."""
-    made = inverse.firmware
-    if made is None or mooring is None:
-        return None
-    own = [p for p in mooring.points if not p.marks and p.code]
-    if not own:
-        return None
-    codes, thrust = _curve(made)
-    left = [p.thrust_n - float(np.interp(p.code, codes, thrust)) for p in own]
-    return float(np.sqrt(np.mean(np.square(left))))

@@ -7,11 +7,15 @@ markup, and they come from `pipeline.report.plotting` and `pipeline.report.zooma
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal
+from functools import wraps
+from typing import Any, ClassVar, Literal, TypeVar
 
 from markupsafe import Markup
+
+from pipeline.errors import CannotComputeError
+from pipeline.report.numbers import Pattern
 
 NO_MARKUP = Markup("")
 #: Columns that a telephone shows beside each other.
@@ -19,6 +23,7 @@ _BESIDE = 3
 #: A cell with a number, perhaps with its unit or interval, and what stands in the place of one.
 _NUMBER = re.compile(r"[<>±+−-]?\s?\d(?!.*[^\W\d]{4}).*", re.DOTALL)
 _NOTHING = frozenset({"", "–", "all", "none", "not stated", "not known"})
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -65,10 +70,29 @@ class Table:
     kind: ClassVar[str] = "table"
 
     @classmethod
-    def of(cls, caption: str, rows: Sequence[Mapping[str, str]], **more: Any) -> Table:  # noqa: ANN401
-        """Return the table of rows that name their columns, all the same ones."""
-        header = tuple(rows[0]) if rows else ()
-        return cls(caption, header, tuple(tuple(one.values()) for one in rows), **more)
+    def of(
+        cls, caption: str, items: Iterable[T],
+        row: str | Callable[[T], Mapping[str, str]] = dict,  # type: ignore[assignment]
+        mark: Callable[[T], str | bool] = lambda _: "", **more: Any,  # noqa: ANN401 - as the fields
+    ) -> Table:  # fmt: skip
+        """Return the table of things of one kind, a row for each.
+
+        `row` says what each column is called and what stands there, as text, ``Load: {load_n:.1f} |
+        Use: {use:use}`` (`Pattern`), or as a mapping; things may be rows themselves. `mark` gives
+        the class of a row; true is a warning.
+        """
+        own = list(items)
+        if isinstance(row, str):
+            columns = [one.partition(": {") for one in row.split(" | ")]
+            header = tuple(name for name, _, _ in columns) if own else ()
+            cells = [f"{{{pattern}" for _, _, pattern in columns]
+            rows = tuple(tuple(Pattern().vformat(c, (one,), {}) for c in cells) for one in own)
+        else:
+            found = [row(one) for one in own]
+            header = tuple(found[0]) if found else ()
+            rows = tuple(tuple(one.values()) for one in found)
+        marks = tuple("warning" if (of := mark(one)) is True else of or "" for one in own)
+        return cls(caption, header, rows, marks, **more)
 
     @property
     def words(self) -> frozenset[int]:
@@ -138,6 +162,8 @@ class Details:
 
 
 Block = Paragraph | Bullets | Heading | Table | Figure | Gallery | Links | Details
+#: What a chapter is made of; None is left out.
+Blocks = Iterator[Block | None]
 
 
 @dataclass(frozen=True)
@@ -168,7 +194,28 @@ def fold(section: Section) -> Section:
     return replace(section, folded=True)
 
 
-def not_computed(anchor: str, title: str, reason: str, *more: Block) -> Section:
-    """Return the section that stands where a result is missing and says why; `more` is all else."""
-    why = Paragraph(f"Not computed: {reason}", tone="warning")
-    return Section(anchor, title, (why, *more), available=False)
+def chapter(
+    anchor: str, title: str | Callable[[Any], str]
+) -> Callable[[Callable[[T], Blocks]], Callable[[T], Section]]:
+    """Make a section of the blocks that a function yields.
+
+    A function that raises `CannotComputeError` gives the section that stands where a result is
+    missing and says why; what it yielded before comes after that.
+    """
+
+    def decorated(build: Callable[[T], Blocks]) -> Callable[[T], Section]:
+        @wraps(build)
+        def section(results: T) -> Section:
+            blocks: list[Block] = []
+            why: list[Block] = []
+            try:
+                for one in build(results):
+                    blocks += [] if one is None else [one]
+            except CannotComputeError as error:
+                why = [Paragraph(f"Not computed: {error}", tone="warning")]
+            named = title if isinstance(title, str) else title(results)
+            return Section(anchor, named, (*why, *blocks), available=not why)
+
+        return section
+
+    return decorated

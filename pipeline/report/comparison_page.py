@@ -3,11 +3,11 @@
 import numpy as np
 
 from pipeline.language import as_it_is
-from pipeline.records.comparison import Comparison, Curve, Difference, Side
+from pipeline.records.comparison import Comparison, Difference, Side
 from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
 from pipeline.report.bars import gains_figure
-from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Paragraph, Table, chapter
 from pipeline.report.diagnosis_words import probability_text
 from pipeline.report.page import Page
 from pipeline.report.zoomable import Panel, Style, Trace, zoomable_figure
@@ -18,11 +18,7 @@ _MOST_ROWS = 40
 def comparison_page(record: Comparison, assets: str = "") -> str:
     """Return the page as HTML text; the same record gives the same text."""
     figures = _figures(record)
-    sections = [
-        Section("curves", "One over the other", tuple(figures[1:])),
-        Section("codes", "Codes that changed", _codes(record)),
-        Section("asked", "What was asked", _asked(record)),
-    ]
+    sections = _curves(figures[1:]), _codes(record), _asked(record)
     glance, word = comparison_glance(record)
     return Page(
         title=f"{as_it_is(record.a.name)} and {as_it_is(record.b.name)}",
@@ -74,52 +70,47 @@ def _figures(record: Comparison) -> list[Figure]:
     if bars:
         lead = "What each thruster gives, over what it gives in the other runs"
         found.append(gains_figure("fig-ratios", bars, lead, "as in the other runs"))
-    return [*found, _curves(record.curves)] if record.curves else found
-
-
-def _curves(curves: tuple[Curve, ...]) -> Figure:
     panels = []
-    for curve in curves:
+    for curve in record.curves:
         style: Style = "points" if curve.points else "line"
         traces = (
             Trace("A", np.array(curve.a_x), np.array(curve.a_y), plotting.BLUE, style),
             Trace("B", np.array(curve.b_x), np.array(curve.b_y), plotting.ORANGE, style),
         )
-        panels.append(Panel(curve.y_label, traces, height=2.4 if len(curves) == 1 else 1.0))
-    return zoomable_figure(
-        "fig-curves",
-        " and ".join(as_it_is(name) for name in curves[0].title.split(" and ")),
-        "Blue: A. Orange: B.",
-        tuple(panels),
-        x_label=curves[0].x_label,
-    )
+        panels.append(Panel(curve.y_label, traces, height=2.4 if len(record.curves) == 1 else 1.0))
+    if panels:
+        title = " and ".join(map(as_it_is, record.curves[0].title.split(" and ")))
+        x_label, caption = record.curves[0].x_label, "Blue: A. Orange: B."
+        found.append(zoomable_figure("fig-curves", title, caption, panels, x_label=x_label))
+    return found
 
 
-def _codes(record: Comparison) -> tuple[Block, ...]:
-    if not record.codes_compared:
-        return ()
-    if not record.codes:
-        return (Paragraph(f"None of {record.codes_compared} thrusts at rest gets another code."),)
-    most = max(record.codes, key=lambda one: abs(one.b - one.a))
-    text = (
-        f"{len(record.codes)} of {record.codes_compared} thrusts at rest get another code, by "
-        f"{abs(most.b - most.a)} at most ({most.a} and {most.b} at {most.thrust_n:.1f} N)."
-    )
-    rows = [
-        {"Thrust [N]": f"{one.thrust_n:.2f}", "A": str(one.a), "B": str(one.b)}
-        for one in record.codes
-    ]
-    return Paragraph(text), Details("Every one of them", (Table.of("Codes of both", rows),))
+@chapter("curves", "One over the other")
+def _curves(figures: list[Figure]) -> Blocks:
+    yield from figures
 
 
-def _asked(record: Comparison) -> tuple[Block, ...]:
-    if not record.asked:
-        texts = tuple(one.text for one in record.differences)
-        return (Bullets(texts[:_MOST_ROWS]),) if texts else ()
-    table = Table.of(
-        "Every question and its answer",
-        [
-            {
+@chapter("codes", "Codes that changed")
+def _codes(record: Comparison) -> Blocks:
+    if record.codes_compared and not record.codes:
+        yield Paragraph(f"None of {record.codes_compared} thrusts at rest gets another code.")
+    elif record.codes_compared:
+        most = max(record.codes, key=lambda one: abs(one.b - one.a))
+        yield Paragraph(
+            f"{len(record.codes)} of {record.codes_compared} thrusts at rest get another code, by "
+            f"{abs(most.b - most.a)} at most ({most.a} and {most.b} at {most.thrust_n:.1f} N)."
+        )
+        pattern = "Thrust [N]: {thrust_n:.2f} | A: {a} | B: {b}"
+        yield Details("Every one of them", (Table.of("Codes of both", record.codes, pattern),))
+
+
+@chapter("asked", "What was asked")
+def _asked(record: Comparison) -> Blocks:
+    if record.asked:
+        table = Table.of(
+            "Every question and its answer",
+            record.asked,
+            lambda one: {
                 "What": _what(one),
                 "Where": _where(one),
                 "A": _number(one.a),
@@ -128,12 +119,12 @@ def _asked(record: Comparison) -> tuple[Block, ...]:
                 "Chance by accident": "–"
                 if one.p_value is None
                 else probability_text(min(one.p_value, 1.0)),
-            }
-            for one in record.asked
-        ],
-        note="The chance counts all questions; below 5 % a difference stands.",
-    )
-    return (Details("Every question and its answer", (table,)),)
+            },
+            note="The chance counts all questions; below 5 % a difference stands.",
+        )
+        yield Details("Every question and its answer", (table,))
+    elif record.differences:
+        yield Bullets(tuple(one.text for one in record.differences[:_MOST_ROWS]))
 
 
 def _what(one: Difference) -> str:

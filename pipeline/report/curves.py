@@ -8,12 +8,7 @@ import numpy as np
 
 from pipeline.physics.drive import TorqueSurface, surface_basis
 from pipeline.physics.propeller import polynomial
-from pipeline.records.fits import (
-    DriveFit,
-    PolynomialFit,
-    PropellerFit,
-    StaticCharacteristic,
-)
+from pipeline.records.fits import DriveFit, PolynomialFit, PropellerFit, StaticCharacteristic
 from pipeline.records.intervals import interval_factor
 from pipeline.report import plotting
 from pipeline.report.panels import Trace
@@ -39,16 +34,7 @@ def fit_panels(
 ) -> tuple[list[Trace], Trace]:
     """Return a fit as curves (points, outliers, line with band, published line) and what it leaves.
 
-    Parameters
-    ----------
-    fit : PolynomialFit
-        With the points that it was made from.
-    name, colour : str
-        Of its line.
-    printed : sequence of float or None
-        Published coefficients.
-    scale : float
-        By which all is multiplied for drawing.
+    `printed` are published coefficients; all is multiplied by `scale`.
     """
     x = np.linspace(*fit.quality.valid_range, 200)
     value, half = polynomial_band(fit, x)
@@ -56,10 +42,7 @@ def fit_panels(
     found = [Trace(name, x, scale * value, colour, band=band)]
     kept = [p for p in fit.points if not p.outlier]
     outliers = [p for p in fit.points if p.outlier]
-    kinds: tuple[tuple[Any, str, str], ...] = (
-        (kept, "measured", "o"),
-        (outliers, "outlier", "x"),
-    )
+    kinds: tuple[tuple[Any, str, str], ...] = ((kept, "measured", "o"), (outliers, "outlier", "x"))
     for points, what, mark in kinds:
         if points:
             at, measured = np.array([(p.x, p.measured) for p in points]).T
@@ -85,24 +68,12 @@ def torque_surface(fit: DriveFit) -> TorqueSurface:
 def drive_torque(
     fit: DriveFit, shaft_speed_rpm: ArrayLike, code: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Torque of the drive surface and its standard error.
+    """Torque M(n, N) of the drive surface and its standard error. [N m].
 
-    Parameters
-    ----------
-    fit : DriveFit
-        The surface.
-    shaft_speed_rpm, code : array_like, broadcast together
-        Magnitudes of shaft speed and code. [rpm], [-]
-
-    Returns
-    -------
-    torque_nm, torque_std_nm : ndarray
-        M(n, N) and its standard error. [N m]
+    Magnitudes of shaft speed and code are broadcast together.
     """
     terms = surface_basis(
-        np.abs(np.asarray(shaft_speed_rpm, float)) / 60.0,
-        code,
-        torque_surface(fit),
+        np.abs(np.asarray(shaft_speed_rpm, float)) / 60.0, code, torque_surface(fit)
     )
     variance = np.einsum("...i,ij,...j->...", terms, np.asarray(fit.covariance), terms)
     return terms @ np.asarray(fit.coefficients), np.sqrt(np.maximum(variance, 0.0))

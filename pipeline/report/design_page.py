@@ -4,28 +4,32 @@ from collections.abc import Sequence
 
 from pipeline.language import as_it_is, translate
 from pipeline.records.design import BalanceDesign, Design, Printed, PropellerDesign
-from pipeline.report.blocks import Details, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Details, Paragraph, Section, Table, chapter
 from pipeline.report.numbers import as_printed, general, plural, signed
-from pipeline.report.page import Page
-from pipeline.report.sections.design_balance import balance_sections
-from pipeline.report.sections.design_propeller import propeller_sections
-from pipeline.report.sections.design_tether import tether_sections
+from pipeline.report.page import Labels, Page
+from pipeline.report.sections import design_balance, design_propeller, design_tether
 
 #: Tables longer than this are folded away.
 LONG = 40
 
 
-def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
+def design_page(found: Design, crumbs: Labels = ()) -> str:
     """Return the page as HTML; no scripts, nothing from a network; `crumbs` are the way back."""
     if isinstance(found, BalanceDesign):
         calculator, kind = "balance", "Steady motion with residual buoyancy: thruster loads"
-        sections: tuple[Section, ...] = balance_sections(found)
+        sections: tuple[Section, ...] = (
+            design_balance.state_section(found),
+            design_balance.readings_section(found),
+            design_balance.envelope_section(found),
+        )
     elif isinstance(found, PropellerDesign):
         calculator, kind = "propeller", "Propeller of the Wageningen B-series for a drive"
-        sections = propeller_sections(found)
+        ranked, cavitates = design_propeller.ranked_section, design_propeller.cavitation_section
+        sections = ranked(found), cavitates(found)
     else:
         calculator, kind = "tether", "Tether around a footprint: pull, forces, power"
-        sections = tether_sections(found)
+        held = () if found.held is None else (design_tether.held_section(found.held),)
+        sections = design_tether.pull_section(found), design_tether.needs_section(found), *held
     under = [f"rig2sea design {calculator}", kind]
     under += [f"Input: {as_it_is(found.source)}"] if found.source else []
     if found.published_source:
@@ -36,49 +40,38 @@ def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
         under=tuple(under),
         notes=tuple(Paragraph(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,
-        sections=(*sections, *_printed(found.printed)),
+        sections=(*sections, *([_printed_section(found.printed)] if found.printed else [])),
     ).html()
 
 
-def _printed(printed: Sequence[Printed]) -> tuple[Section, ...]:
-    """Return the section of the comparison, or none where nothing was printed."""
-    if not printed:
-        return ()
+@chapter("printed", "Printed numbers beside ours")
+def _printed_section(printed: Sequence[Printed]) -> Blocks:
     inside = sum(row.within_rounding for row in printed)
-    groups: dict[str, list[Printed]] = {}
-    for row in printed:
-        groups.setdefault(row.table or "printed", []).append(row)
-    text = (
+    yield Paragraph(
         f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what "
         "is printed. A suffix after the quantity tells what ours is computed from (exact: the "
         "exact form; from printed: from other printed numbers; the name of a flow: from our "
         "cable)."
     )
-    blocks = [
-        _table(name, rows)
-        if len(rows) <= LONG
-        else Details(f"{name}: all {len(rows)} numbers", (_table(name, rows),))
-        for name, rows in groups.items()
-    ]
-    return (Section("printed", "Printed numbers beside ours", (Paragraph(text), *blocks)),)
-
-
-def _table(name: str, rows: Sequence[Printed]) -> Table:
-    return Table.of(
-        f"{name}, printed and computed",
-        [
-            {
+    groups: dict[str, list[Printed]] = {}
+    for row in printed:
+        groups.setdefault(row.table or "printed", []).append(row)
+    for name, rows in groups.items():
+        table = Table.of(
+            f"{name}, printed and computed",
+            rows,
+            lambda row: {
                 "Quantity": _words(row.quantity),
                 "unit": row.unit,
                 "printed": as_printed(row.printed),
                 "computed": general(row.computed, 4),
                 "difference": _difference(row),
                 "why beyond rounding": "" if row.within_rounding else row.reason or "not explained",
-            }
-            for row in rows
-        ],
-        row_classes=tuple("" if row.within_rounding else "warning" for row in rows),
-    )
+            },
+            lambda row: not row.within_rounding,
+        )
+        long = len(rows) > LONG
+        yield Details(f"{name}: all {len(rows)} numbers", (table,)) if long else table
 
 
 def _words(quantity: str) -> str:

@@ -23,16 +23,9 @@ from pipeline.report.glance import diagnosis_glance
 from pipeline.report.numbers import plural
 from pipeline.report.page import Labels, Page
 from pipeline.report.plain_words import what_to_look_at
-from pipeline.report.sections.diagnosis_answer import (
-    next_section,
-    notes_section,
-    ranking_section,
-)
+from pipeline.report.sections.diagnosis_answer import next_section, notes_section, ranking_section
 from pipeline.report.sections.diagnosis_curves import finding_figure
-from pipeline.report.sections.diagnosis_evidence import (
-    confusable_section,
-    evidence_section,
-)
+from pipeline.report.sections.diagnosis_evidence import confusable_section, evidence_section
 from pipeline.report.sections.diagnosis_gap import gap_section, over_floor, shrink_section
 
 
@@ -47,10 +40,11 @@ def diagnosis_page(
         picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
         blocks = tuple(one for one in ranking.blocks if one is not picture)
         ranking = replace(ranking, blocks=blocks)
-    following = next_section(record)
+    following, count = next_section(record), len(record.runs)
+    counted = plural(count, "mooring table") if bench else plural(count, "run")
     return Page(
         title=f"Diagnosis of {as_it_is(record.vehicle)}",
-        under=(f"{_counted(record)}: {identifiers(record.runs)}",),
+        under=(f"{counted}: {identifiers(record.runs)}",),
         sections=(
             ranking,
             shrink_section(record),
@@ -124,8 +118,3 @@ def diagnosis_line(record: DiagnosisRecord) -> str:
         others = listed([in_words(name) for name in record.verdict.ambiguous_with])
         text += f", not to be told from {others}"
     return f"{text}; {identifiers(record.runs)}"
-
-
-def _counted(record: DiagnosisRecord) -> str:
-    count = len(record.runs)
-    return plural(count, "mooring table") if of_bench(record) else plural(count, "run")

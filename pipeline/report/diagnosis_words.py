@@ -171,6 +171,11 @@ def listed(names: tuple[str, ...] | list[str]) -> str:
     return " and ".join([", ".join(own[:-1]), own[-1]]) if len(own) > 1 else "".join(own)
 
 
+def capital(text: str) -> str:
+    """Begin with a capital, as a sentence does."""
+    return text[:1].upper() + text[1:]
+
+
 def ratio_text(ratio: float) -> str:
     """Write a ratio to two figures, whole numbers from 10.
 

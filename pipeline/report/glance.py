@@ -13,7 +13,7 @@ from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, NextRun
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.glance import LIGHTS, Advice, Glance, Light
-from pipeline.report.diagnosis_words import listed
+from pipeline.report.diagnosis_words import capital, listed
 from pipeline.report.numbers import plural
 from pipeline.report.plain_words import (
     HALF,
@@ -75,23 +75,15 @@ def day_glance(
 ) -> Glance:
     """Say first what is to be said of a day.
 
-    Parameters
-    ----------
-    vehicle, day : str
-        Names, for the commands.
-    told : DayDiagnosis or None
-        What its runs show; None where that is not known.
-    flown : Flown
-        Its runs.
-    before : DayDiagnosis, optional
-        Of the trial day before, whose advice was to be followed.
+    `told` is None where it is not known what its runs show; the advice of the trial day `before`
+    was to be followed.
     """
     if told is None or not told.findings:
         return _unjudged(vehicle, flown, "" if told is None else told.why_not)
     faults = [one for one in told.findings if not one.is_sound]
     light: Light = "red" if flown.unreadable else "green"
     if not faults:
-        runs = _capital(plural(len(told.findings[0].runs), "run"))
+        runs = capital(plural(len(told.findings[0].runs), "run"))
         matter = f"{runs}. {finding_sentence(told.findings[0])}"
     else:
         first, *rest = faults
@@ -122,20 +114,9 @@ def run_glance(
 ) -> Glance:
     """Say first what is to be said of a run.
 
-    Parameters
-    ----------
-    vehicle, run : str
-        Names, for the commands.
-    day : DayDiagnosis or None
-        What the runs of its day show; None before that is known.
-    flown : Flown
-        What is known of this run.
-    gains : ThrusterGains or None
-        Of this run: what there is to say before the diagnosis is there.
-    unreadable : str
-        Why the log cannot be read, where it cannot.
-    last : str
-        What became of the last advice.
+    `day` is None before it is known what the runs of its day show; until then its `gains` have
+    something to say. `unreadable` is why the log cannot be read, `last` what became of the last
+    advice.
     """
     if unreadable:
         return Glance(
@@ -194,10 +175,6 @@ def last_advice(before: DayDiagnosis | None, told: DayDiagnosis, flown: Flown) -
     return f"Of {before.day}: to fly {words}. Not followed; {shown}."
 
 
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
 def _light(one: DayFinding, flown: Flown) -> Light:
     if flown.unreadable:
         return "red"
@@ -250,7 +227,7 @@ def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
         return _APART
     if told.next_run is not None:
         return _separating(told.next_run)
-    what = _capital(listed(flown.words(told.findings[0].runs)))
+    what = capital(listed(flown.words(told.findings[0].runs)))
     return f"{what} again once that is done: it shows whether the fault is gone."
 
 
@@ -263,7 +240,7 @@ def _sound_next(flown: Flown) -> str:
 
 def _separating(one: NextRun) -> str:
     first, second = (effect_words(name) for name in one.separates)
-    what = _capital(manoeuvre_words(one.manoeuvre))
+    what = capital(manoeuvre_words(one.manoeuvre))
     if "none" in one.separates:
         cause = first if one.separates[1] == "none" else second
         return f"{what}: it shows whether {cause}."

@@ -63,32 +63,17 @@ def unit(cell: str) -> str:
 
 
 def write_page(text: str, path: Path) -> None:
-    """Write beside the target and rename, so that a killed run leaves no half page.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    """
+    """Write a page so that a killed run leaves no half of it; raises as `put_in_place`."""
     put_in_place(text.encode(), path, lambda why: f"the report cannot be written: {why}.")
 
 
 def put_in_place(content: bytes, path: Path, said: Callable[[str | None], str]) -> None:
-    """Write beside the target and rename.
-
-    Parameters
-    ----------
-    content : bytes
-        Of the file.
-    path : Path
-        Where it goes; its folder is made.
-    said : callable
-        Says that it cannot be written and why.
+    """Write beside the target and rename; its folder is made.
 
     Raises
     ------
     InputError
-        If the folder cannot be written to.
+        If the folder cannot be written to: what `said` makes of the reason.
     """
     # stages that run side by side may all write it
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -154,11 +139,6 @@ LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
 def write_assets(folder: Path) -> None:
     """Write the plotting library and our scripts into a folder, unless they are there already.
 
-    Parameters
-    ----------
-    folder : Path
-        E.g. ``reports/assets``; pages refer to it by a relative address.
-
     Raises
     ------
     InputError
@@ -175,13 +155,7 @@ def write_assets(folder: Path) -> None:
 
 
 def placed(folder: Path | None, page: Path) -> str:
-    """Write the scripts for a page; return the folder's address from there, none without one.
-
-    Raises
-    ------
-    InputError
-        As `write_assets`.
-    """
+    """Write the scripts for a page; return the folder's address from there, none without one."""
     if folder is None:
         return ""
     write_assets(folder)

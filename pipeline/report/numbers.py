@@ -1,39 +1,51 @@
-"""Numbers as text: as many digits as the uncertainty carries, a true minus sign."""
+"""Numbers as text: as many digits as the uncertainty carries, a true minus sign.
+
+What is None is not known: a dash.
+"""
 
 import math
+import string
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
-MINUS = "\N{MINUS SIGN}"
+from pipeline.language import as_it_is
+
+MINUS, NOT_KNOWN = "\N{MINUS SIGN}", "–"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def fixed(value: float, decimals: int) -> str:
+def fixed(value: float | None, decimals: int) -> str:
     """Write with a fixed number of decimals; negative zero is zero.
 
-    >>> fixed(-1.25, 1), fixed(-0.001, 1)
-    ('−1.2', '0.0')
+    >>> fixed(-1.25, 1), fixed(-0.001, 1), fixed(None, 1)
+    ('−1.2', '0.0', '–')
     """
+    if value is None:
+        return NOT_KNOWN
     text = f"{value:.{decimals}f}"
     if float(text) == 0.0:
         text = text.lstrip("-")
     return text.replace("-", MINUS)
 
 
-def signed(value: float, decimals: int) -> str:
+def signed(value: float | None, decimals: int) -> str:
     """Write a difference: with its sign, but zero without.
 
     >>> signed(0.31, 1), signed(-0.31, 1), signed(0.01, 1)
     ('+0.3', '−0.3', '0.0')
     """
     text = fixed(value, decimals)
-    return f"+{text}" if float(text.replace(MINUS, "-")) > 0 else text
+    return f"+{text}" if value is not None and float(text.replace(MINUS, "-")) > 0 else text
 
 
-def general(value: float, figures: int = 3) -> str:
+def general(value: float | None, figures: int = 3) -> str:
     """Write to significant figures, with a power of ten where the decimals would be long.
 
     >>> general(0.139), general(8.82e-4), general(1692.4, 4), general(12345678.0), general(0.0)
     ('0.139', '8.82·10⁻⁴', '1692', '1.23·10⁷', '0')
     """
+    if value is None:
+        return NOT_KNOWN
     if value == 0.0 or not math.isfinite(value):
         return "0" if value == 0.0 else str(value)
     exponent = math.floor(math.log10(abs(value)) + 1e-12)
@@ -114,7 +126,7 @@ def use_of_limit(use: float | None) -> str:
     ('41 %', '> 1000 %', '–')
     """
     if use is None:
-        return "–"
+        return NOT_KNOWN
     # a thruster that gives nothing has a use without bound, for which a large number stands
     return percent(use) if use <= 10.0 else f"> {percent(10.0)}"
 
@@ -131,3 +143,31 @@ def plural(count: int, singular: str, plural_form: str = "") -> str:
 def _scaled(value: float, exponent: int, decimals: int) -> str:
     power = str(exponent).translate(_SUPERSCRIPT)
     return f"{fixed(value / 10.0**exponent, decimals)}·10{power}"
+
+
+class Pattern(string.Formatter):
+    """Texts with values of a thing in them: ``{length_m:1000*.1f} mm``; a dash where one is None.
+
+    Written as a number with decimals (``.1f``, ``+.1f`` with a sign) or figures (``.3g``), or in a
+    way of its own: ``code``, ``speed``, ``percent``, ``use``, ``name``, ``words``.
+
+    >>> Pattern().format("{0} at {1:1000*+.1f} mm, {1:percent}", ("a", 0.012))
+    'a at +12.0 mm, 1.2 %'
+    """
+
+    WAYS: Mapping[str, Callable[[Any], str]] = {
+        "code": code, "speed": speed, "percent": percent, "use": use_of_limit, "name": as_it_is,
+        "words": lambda name: str(name).replace("_", " "),
+    }  # fmt: skip
+
+    def get_value(self, key: int | str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401, ARG002, D102
+        thing = args[0]
+        by_key = isinstance(key, int) or isinstance(thing, Mapping)
+        return thing[key] if by_key else getattr(thing, str(key))
+
+    def format_field(self, value: Any, format_spec: str) -> str:  # noqa: ANN401, D102
+        if value is None or format_spec in {"", *self.WAYS}:
+            return NOT_KNOWN if value is None else self.WAYS.get(format_spec, str)(value)
+        factor, _, form = format_spec.rpartition("*")
+        write = general if form.endswith("g") else signed if form.startswith("+") else fixed
+        return write(float(factor or 1) * value, int(form.strip("+.fg")))

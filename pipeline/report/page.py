@@ -94,20 +94,6 @@ def with_glance(page: str, glance: Glance, picture: Figure | None = None) -> str
 def glance_text(name: str, glance: Glance) -> str:
     """Say first what is the matter, then what to do, what to fly and what became of the advice.
 
-    Parameters
-    ----------
-    name : str
-        What it is said of.
-    glance : Glance
-        The first screen of its page.
-
-    Returns
-    -------
-    str
-        In the language of this process.
-
-    Examples
-    --------
     >>> print(glance_text("boat", Glance(light="green", matter="Sound.", short="sound")))
     boat: ✔ No fault. Sound.
       To do: nothing.

@@ -93,8 +93,6 @@ class Resolution:
     def shared(cls, curves: int) -> "Resolution":
         """Share the points of a page among its curves.
 
-        Examples
-        --------
         >>> Resolution.shared(10), Resolution.shared(240)
         (Resolution(still=400, zoom=1000), Resolution(still=66, zoom=187))
         """
@@ -113,20 +111,9 @@ def label_lines(panels: Sequence[Panel]) -> int:
 def thinned(x: FloatArray, values: FloatArray, buckets: int) -> tuple[FloatArray, FloatArray]:
     """Keep the lowest and the highest value of each stretch, and the breaks between a few pieces.
 
-    Parameters
-    ----------
-    x, values : ndarray, shape (k,)
-        x rising; values not a number break the line, of many pieces where a stretch has no other.
-    buckets : int
-        Number of stretches; series of up to twice as many points are kept as they are.
+    x rises; values not a number break the line, of many pieces where a stretch has no other. Series
+    of up to twice as many points as there are stretches are kept as they are.
 
-    Returns
-    -------
-    tuple of ndarray
-        At most some three points for each stretch.
-
-    Examples
-    --------
     >>> x = np.arange(10_000) / 100
     >>> values = np.sin(x); values[5_000], values[7_000] = 9.0, np.nan
     >>> shown_x, shown = thinned(x, values, 50)

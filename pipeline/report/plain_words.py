@@ -7,7 +7,7 @@ from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.diagnosis import ParameterEstimate, RankedEffect
 from pipeline.records.glance import Advice
-from pipeline.report.diagnosis_words import in_words, listed, parameter_words, said
+from pipeline.report.diagnosis_words import capital, in_words, listed, parameter_words, said
 from pipeline.report.numbers import fixed, general, percent, with_interval
 
 #: Effect -> what to look at on the vehicle.
@@ -47,14 +47,7 @@ def manoeuvre_words(name: str) -> str:
 def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = False) -> str:
     """Say what was found, where it shows, and how sure that is.
 
-    Parameters
-    ----------
-    one : DayFinding
-        What was found.
-    flown : sequence of str
-        What was flown in the runs that carry it, or their names.
-    only : bool
-        Whether other runs of the day do not show it.
+    `flown` is what was flown in the runs that carry it; `only` that other runs do not show it.
     """
     what = what_is_the_matter(one)
     if one.is_sound and one.probability < HALF:
@@ -72,11 +65,9 @@ def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = Fa
 def what_is_the_matter(one: DayFinding) -> str:
     """Say it without place and sureness.
 
-    Examples
-    --------
     >>> sound = DayFinding(effects=("none",), thruster=None, runs=("a",), by="run", probability=0.9)
-    >>> what_is_the_matter(sound)
-    'Sound: the vehicle moves as its file says'
+    >>> what_is_the_matter(sound), short_finding(sound)
+    ('Sound: the vehicle moves as its file says', 'sound')
     """
     if one.is_sound and one.probability < HALF:
         return "No fault was found: the vehicle moves as its file says"
@@ -97,14 +88,7 @@ def what_is_the_matter(one: DayFinding) -> str:
 
 
 def short_finding(one: DayFinding) -> str:
-    """Say it for a list.
-
-    Examples
-    --------
-    >>> sound = DayFinding(effects=("none",), thruster=None, runs=("a",), by="run", probability=0.9)
-    >>> short_finding(sound)
-    'sound'
-    """
+    """Say it for a list."""
     if one.is_sound:
         return "sound" if one.probability >= HALF else "no fault found"
     if one.effects == ("unknown",) and one.event is None:
@@ -175,7 +159,7 @@ def _said(name: str, one: DayFinding) -> str:
         if light:
             return f"The vehicle is lighter in water than its file says, by {value} N ({ends})"
         return f"The vehicle is heavier in water than its file says, by {value} N ({ends})"
-    title = effect.title[:1].upper() + effect.title[1:]
+    title = capital(effect.title)
     if at:
         title = f"{title}: {at}"
     sizes = [", ".join(parameter_words(key, value)) for key, value in list(values.items())[:3]]

@@ -44,8 +44,6 @@ def plotly_figure(
 ) -> Json:
     """Return data and layout as plotly.js takes them; texts are escaped, arrays are float32.
 
-    Examples
-    --------
     >>> x = np.arange(3.0)
     >>> found = plotly_figure([Panel("u [m/s]", (Trace("<b>", x, x, "#000"),))], "time [s]")
     >>> found["data"][0]["name"], found["layout"]["xaxis"]["title"]["text"]

@@ -49,21 +49,8 @@ _STYLE: dict[Any, Any] = {
 def draw(name: str, alt: str, height: float, paint: Callable[[Figure], None]) -> Markup:
     """Run `paint` on an empty figure and return it as inline SVG.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page: no id inside the SVG is that of another picture.
-    alt : str
-        What the picture shows, for those who do not see it.
-    height : float
-        The width is the same for all pictures. [pt]
-    paint : callable
-        Receives the figure.
-
-    Returns
-    -------
-    Markup
-        ``<svg role="img" aria-label=...>``.
+    `name` is unique on the page: no id inside is that of another picture. `alt` says what it shows,
+    for those who do not see it. The width is the same for all, `height` in points.
     """
     import matplotlib as mpl
 
@@ -103,22 +90,11 @@ def axes_at(  # noqa: PLR0917 - the four edges
     x_label: str | None = None, y_label: str = "", *, ticks: tuple[int, int] = (6, 4),
     plain: bool = False,
 ) -> Axes:  # fmt: skip
-    """Add axes whose edges are where they are told.
+    """Add axes whose edges are where they are told, from the upper left corner. [pt].
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        As `draw` makes it.
-    left, top, right, low : float
-        Edges, from the upper left corner of the figure. [pt]
-    x_label : str, optional
-        Without it the horizontal axis is not drawn.
-    y_label : str
-        In one line or more.
-    ticks : (int, int)
-        Round values at most, of x and of y.
-    plain : bool
-        Serve for pictures to come as well: scales, tick labels and spines are left as they are.
+    Without `x_label` the horizontal axis is not drawn. `ticks` are round values at most, of x and
+    of y. `plain` ones serve for pictures to come as well: their scales, tick labels and spines are
+    left as they are.
     """
     from matplotlib.ticker import MaxNLocator
 

@@ -9,7 +9,17 @@ from pipeline.language import as_it_is, translate
 from pipeline.records.glance import Advice, Glance
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay
 from pipeline.report import plotting
-from pipeline.report.blocks import Bullets, Figure, Links, Paragraph, Section, Table, fold
+from pipeline.report.blocks import (
+    Blocks,
+    Bullets,
+    Figure,
+    Links,
+    Paragraph,
+    Section,
+    Table,
+    chapter,
+    fold,
+)
 from pipeline.report.diagnosis_words import said, unit_text
 from pipeline.report.numbers import general, plural
 from pipeline.report.page import Labels, Page
@@ -40,18 +50,17 @@ def pool_day_page(
     """Return the page as HTML text; the same plan gives the same text."""
     items = [(f"{one.log}: to play", one.log) for one in record.runs]
     items += [(f"{one.codes}: codes over time", one.codes) for one in record.runs]
-    sections = [
-        Section("runs", "What to fly", (_runs(record),)),
-        Section("promises", "What it promises", (_said(record), _promises(record))),
-        fold(Section("files", "Files", (Links(tuple(items)),))),
-    ]
-    if record.left_out:
-        sections.append(fold(Section("left-out", "What does not fit", (Bullets(record.left_out),))))
+    left_out = Section("left-out", "What does not fit", (Bullets(record.left_out),))
     glance = plan_glance(record, flown)
     return Page(
         title=f"The next pool day of {as_it_is(record.vehicle)}",
         under=record.notes,
-        sections=tuple(sections),
+        sections=(
+            _runs(record),
+            _promises(record),
+            fold(Section("files", "Files", (Links(tuple(items)),))),
+            *([fold(left_out)] if record.left_out else []),
+        ),
         glance=glance,
         word="Enough" if glance.light == "green" else "Not all",
         picture=_tracks(record, tracks),
@@ -93,48 +102,43 @@ def _room(run: PlannedRun) -> str:
     return " × ".join(f"{side:.1f}" for side in run.room_m)
 
 
-def _said(record: PoolDay) -> Paragraph:
-    shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
-    return Paragraph(
-        f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of the "
-        f"same length would shrink it to {shares[1]}."
-    )
-
-
-def _runs(record: PoolDay) -> Table:
-    return Table.of(
+@chapter("runs", "What to fly")
+def _runs(record: PoolDay) -> Blocks:
+    yield Table.of(
         "Runs in their order",
-        [
-            {
-                "Number": str(one.number),
-                "Manoeuvre": manoeuvre_words(one.manoeuvre),
-                "Size": f"{100 * one.amplitude:.0f} %",
-                "Duration [s]": f"{one.duration_s:.0f}",
-                "Room needed [m]": _room(one),
-                "What it is for": ", ".join(name.replace("_", " ") for name in one.what_for)
-                or "all together",
-            }
-            for one in record.runs
-        ],
+        record.runs,
+        lambda one: {
+            "Number": str(one.number),
+            "Manoeuvre": manoeuvre_words(one.manoeuvre),
+            "Size": f"{100 * one.amplitude:.0f} %",
+            "Duration [s]": f"{one.duration_s:.0f}",
+            "Room needed [m]": _room(one),
+            "What it is for": ", ".join(name.replace("_", " ") for name in one.what_for)
+            or "all together",
+        },
         note="Size: of the largest commands. Room: north × east × depth of the simulated track; "
         "turn the vehicle round to fit.",
     )
 
 
-def _promises(record: PoolDay) -> Table:
-    return Table.of(
+@chapter("promises", "What it promises")
+def _promises(record: PoolDay) -> Blocks:
+    shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
+    yield Paragraph(
+        f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of the "
+        f"same length would shrink it to {shares[1]}."
+    )
+    yield Table.of(
         "95 % intervals now, and after the day",
-        [
-            {
-                "Parameter": one.name.replace("_", " "),
-                "Unit": unit_text(one.unit),
-                "Vehicle file": general(one.value),
-                "Today": f"± {general(one.half_width_before, 2)}",
-                "After the day": f"± {general(one.half_width, 2)}",
-                "As wanted": "yes" if one.reached else "no",
-            }
-            for one in record.promises
-        ],
+        record.promises,
+        lambda one: {
+            "Parameter": one.name.replace("_", " "),
+            "Unit": unit_text(one.unit),
+            "Vehicle file": general(one.value),
+            "Today": f"± {general(one.half_width_before, 2)}",
+            "After the day": f"± {general(one.half_width, 2)}",
+            "As wanted": "yes" if one.reached else "no",
+        },
     )
 
 

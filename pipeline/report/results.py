@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
-from pipeline.errors import Problem
+from pipeline.errors import CannotComputeError, Problem
 from pipeline.records.allocation import AllocationMap
 from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.file_change import AppliedChange
@@ -38,6 +39,8 @@ from pipeline.records.trial import (
 from pipeline.records.validation import AllocatorValidation
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,13 @@ def missing_reasons(results: VehicleResults) -> dict[str, str]:
     }
 
 
+def needed(results: VehicleResults, stage: str, record: T | None) -> T:
+    """Return the record of a stage; `CannotComputeError` with the reason where there is none."""
+    if record is None:
+        raise CannotComputeError(missing_reasons(results).get(stage, "the stage has not run"))
+    return record
+
+
 def _due(results: VehicleResults, stage: str) -> bool:
     """Tell whether a stage's absence is worth a warning: nobody has to describe a model."""
     if stage == "allocation":
@@ -222,13 +232,7 @@ class DayResults:
 
 
 def table_changes(before: DayTables, now: DayTables) -> tuple[SpeedChange, ...]:
-    """Compare the codes of two days, speed by speed, over the thrusts that both reach.
-
-    Parameters
-    ----------
-    before, now : DayTables
-        Of two days.
-    """
+    """Compare the codes of two days, speed by speed, over the thrusts that both reach."""
     found = []
     thrust = np.array(now.thrust_n)
     for speed, row in zip(now.speed_mps, now.code, strict=True):

@@ -77,15 +77,7 @@ def status_of(results: VehicleResults) -> Status:
 
 
 def index_entry(results: VehicleResults, href: str) -> IndexEntry:
-    """Make the line that leads to a vehicle's page.
-
-    Parameters
-    ----------
-    results : VehicleResults
-        What the page was made of.
-    href : str
-        Path of the page relative to the index, not yet quoted.
-    """
+    """Make the line that leads to a vehicle's page; `href` from the index, not yet quoted."""
     return IndexEntry(
         title=results.vehicle.title,
         name=results.vehicle.name,
@@ -113,27 +105,11 @@ def write_index(
     earlier: Sequence[tuple[str, str]] = (),
     assets: Path | None = None,
 ) -> None:
-    """Write the index, vehicles in the order given.
+    """Write the index, with the vehicles that ask for attention first.
 
-    Parameters
-    ----------
-    pages : sequence of IndexEntry
-        The vehicles.
-    path : Path
-        Of the index.
-    diagnosed : sequence of (name, links)
-        Vehicles that have diagnoses and no page of their own.
-    designs : sequence of (label, address)
-        Pages of design calculations.
-    earlier : sequence of (name, address)
-        Pages of vehicles that are gone or could not be run: left as they were.
-    assets : Path, optional
-        Folder of the scripts; without it the list cannot be filtered.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    `diagnosed` are vehicles that have diagnoses and no page of their own; `earlier` those that are
+    gone or could not be run: their pages are left as they were. Without `assets`, the folder of the
+    scripts, the list cannot be filtered. Raises as `write_page`.
     """
     text = render(
         "index.html.j2",

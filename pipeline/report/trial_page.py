@@ -3,53 +3,44 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.records.trial import PageReceipt, TrialDay
+from pipeline.records.trial import TrialDay
 from pipeline.report.blocks import (
-    Block,
+    Blocks,
     Bullets,
     Details,
+    Figure,
     Links,
     Paragraph,
-    Section,
     Table,
+    chapter,
     fold,
-    not_computed,
 )
 from pipeline.report.diagnosis_words import unit_text
 from pipeline.report.glance import rank
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
-from pipeline.report.page import SIGNS, Page
+from pipeline.report.page import SIGNS, Labels, Page
 from pipeline.report.results import ALIKE_CODES, DayResults, table_changes
-from pipeline.report.run_page import data_section, first_figure
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.gains import day_gains_section, gain_warnings
+from pipeline.report.sections.tables import data_section
 from pipeline.report.sections.trials import TREND_TITLE, apart, trend_blocks, unsettled_days
 
 #: Said instead of any comparison of such a fit.
 _UNSETTLED = "The fit did not come to an end: do not use its values."
 
 
-def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
+def day_page(results: DayResults, crumbs: Labels, assets: str = "") -> str:
     """Return the page as HTML text; `crumbs`, `assets` as of `Page`."""
     findings = results.diagnosis.findings if results.diagnosis is not None else ()
     picture = finding_figure(findings[0]) if findings else None
     gains = day_gains_section(results)
     if picture is None:
-        picture = first_figure(gains)
+        picture = next((one for one in gains.blocks if isinstance(one, Figure)), None)
         gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
     warnings = _warnings(results)
-    sections = (
-        _runs(results),
-        warnings if sum(day_counts(results)) else fold(warnings),
-        _trend(results),
-        fold(gains),
-        fold(_fit(results)),
-        fold(_quality(results)),
-        fold(_tables(results)),
-        fold(data_section(results)),
-    )
     return Page(
         title=f"Trial day {results.day}",
         under=(f"{as_it_is(results.vehicle.title)}: {plural(len(results.runs), 'pool run')}",),
@@ -57,7 +48,16 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         crumbs=crumbs,
         glance=results.glance,
         picture=picture,
-        sections=sections,
+        sections=(
+            _runs(results),
+            warnings if sum(day_counts(results)) else fold(warnings),
+            _trend(results),
+            fold(gains),
+            fold(_fit(results)),
+            fold(_quality(results)),
+            fold(_tables(results)),
+            fold(data_section(results)),
+        ),
         assets=assets,
     ).html()
 
@@ -122,177 +122,151 @@ def _latest(results: DayResults) -> tuple[str, dict[str, IdentifiedParameter]]:
     return "", {}
 
 
-def _warnings(results: DayResults) -> Section:
-    blocks: list[Block] = [Paragraph(text, tone="warning") for text in day_warnings(results)]
+@chapter("warnings", "Warnings")
+def _warnings(results: DayResults) -> Blocks:
+    texts = day_warnings(results)
     errors = ", ".join(as_it_is(run.name) for run in results.runs if run.errors)
-    if errors:
-        blocks.insert(0, Paragraph(f"Runs with errors: {errors}. See their pages.", tone="error"))
     warned = [f"{as_it_is(run.name)} ({run.warnings})" for run in results.runs if run.warnings]
+    if errors:
+        yield Paragraph(f"Runs with errors: {errors}. See their pages.", tone="error")
+    for text in texts:
+        yield Paragraph(text, tone="warning")
     if warned:
-        blocks.append(Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}."))
-    return Section("warnings", "Warnings", tuple(blocks) or (Paragraph("No warnings."),))
+        yield Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}.")
+    if not (errors or texts or warned):
+        yield Paragraph("No warnings.")
 
 
-def _runs(results: DayResults) -> Section:
-    runs = sorted(results.runs, key=lambda one: rank(one.glance))
-    links = tuple((_run_label(one), to) for one in runs if (to := results.links.get(one.name)))
-    return Section("runs", "Runs of the day", (Links(links),))
+@chapter("runs", "Runs of the day")
+def _runs(results: DayResults) -> Blocks:
+    links = []
+    for run in sorted(results.runs, key=lambda one: rank(one.glance)):
+        label = f"{as_it_is(run.name)}: {run.line}"
+        if run.glance is not None:
+            sign = SIGNS[run.glance.light][0]
+            label = f"{sign} {as_it_is(run.name)}: {run.glance.short}; {run.line}"
+        links += [(label, results.links[run.name])] if results.links.get(run.name) else []
+    yield Links(tuple(links))
 
 
-def _run_label(run: PageReceipt) -> str:
-    if run.glance is None:
-        return f"{as_it_is(run.name)}: {run.line}"
-    sign = SIGNS[run.glance.light][0]
-    return f"{sign} {as_it_is(run.name)}: {run.glance.short}; {run.line}"
-
-
-def _fit(results: DayResults) -> Section:
-    anchor, title = "identified", "Mass, damping and buoyancy from these runs"
+@chapter("identified", "Mass, damping and buoyancy from these runs")
+def _fit(results: DayResults) -> Blocks:
     trial, fit = results.trial, results.trial.identification
-    used = _used(trial)
-    if fit is None:
-        return not_computed(anchor, title, trial.why_not or "no fit was made.", *used)
-    if not fit.converged:
-        return Section(anchor, title, (Paragraph(_UNSETTLED, tone="warning"), *used))
-    none = Paragraph("These runs determine none of the parameters.")
-    blocks: list[Block] = [_parameters(results, *_latest(results)) if _identified(trial) else none]
-    if fit.cannot_identify:
-        silent = f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing"
-        blocks.append(Details(silent, (Bullets(fit.cannot_identify),)))
-    if fit.notes or trial.notes:
-        blocks.append(Bullets((*fit.notes, *trial.notes)))
-    return Section(anchor, title, (*blocks, *used))
-
-
-def _used(trial: TrialDay) -> list[Block]:
-    blocks: list[Block] = []
+    if fit is not None and not fit.converged:
+        yield Paragraph(_UNSETTLED, tone="warning")
+    elif fit is not None:
+        none = Paragraph("These runs determine none of the parameters.")
+        yield _parameters(results, *_latest(results)) if _identified(trial) else none
+        if fit.cannot_identify:
+            silent = f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing"
+            yield Details(silent, (Bullets(fit.cannot_identify),))
+        if fit.notes or trial.notes:
+            yield Bullets((*fit.notes, *trial.notes))
     if trial.used:
-        table = Table.of(
+        yield Table.of(
             "What the fit was made from",
-            [
-                {
-                    "Run": as_it_is(one.run),
-                    "From [s]": fixed(one.from_s, 0),
-                    "To [s]": fixed(one.to_s, 0),
-                    "Change of the commands": general(one.excitation, 2),
-                }
-                for one in trial.used
-            ],
+            trial.used,
+            "Run: {run:name} | From [s]: {from_s:.0f} | To [s]: {to_s:.0f} | "
+            "Change of the commands: {excitation:.2g}",
             note="The stretches whose commands change most are taken, up to a total that "
             "keeps the report quick. Change: root mean square over the thrusters, share of "
             "the range. rig2sea identify takes whole runs.",
         )
-        blocks.append(table)
     if trial.passed_over:
-        blocks.append(Details("Runs that were not used", (Bullets(trial.passed_over),)))
-    return blocks
+        yield Details("Runs that were not used", (Bullets(trial.passed_over),))
+    if fit is None:
+        raise CannotComputeError(trial.why_not or "no fit was made.")
 
 
 def _parameters(results: DayResults, day: str, old: Mapping[str, IdentifiedParameter]) -> Table:
-    rows, classes = [], []
-    for one in _identified(results.trial):
+    def cells(one: IdentifiedParameter) -> dict[str, str]:
         value, interval = with_interval(one.value, one.ci95)
-        row = {"What it is": one.meaning, "Unit": unit_text(one.unit), "Value": value}
-        row |= {"95 % interval": interval, "Vehicle file": general(one.prior_value, 3)}
-        if day:
-            row[day] = general(old[one.name].value, 3) if one.name in old else "–"
-        rows.append(row)
-        classes.append("warning" if _moved(old, one) or _against_file(one) else "")
+        before = {day: general(old[one.name].value if one.name in old else None, 3)}
+        return {
+            "What it is": one.meaning,
+            "Unit": unit_text(one.unit),
+            "Value": value,
+            "95 % interval": interval,
+            "Vehicle file": general(one.prior_value, 3),
+            **(before if day else {}),
+        }
+
     return Table.of(
         "What the day's runs say of the vehicle",
-        rows,
-        row_classes=tuple(classes),
+        _identified(results.trial),
+        cells,
+        lambda one: _moved(old, one) or _against_file(one),
         note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
         "common with that of the trial day before.",
     )
 
 
-def _trend(results: DayResults) -> Section:
+@chapter("trend", TREND_TITLE)
+def _trend(results: DayResults) -> Blocks:
     every = {**results.earlier, results.day: results.trial}
     days = {day: {one.name: one for one in _identified(trial)} for day, trial in every.items()}
     unsettled = [day for day, trial in every.items() if not trial.settled]
     blocks = trend_blocks(days, unsettled)
-    if blocks:
-        return Section("trend", TREND_TITLE, blocks)
-    text = (
-        "A trend needs two trial days with a fit; there is one so far."
-        if any(own for day, own in days.items() if day not in unsettled)
-        else "A trend needs two trial days with a fit; there is none so far."
-    )
-    left_out = (Paragraph(text), *unsettled_days(unsettled))
-    return Section("trend", TREND_TITLE, left_out, available=False)
+    yield from blocks or unsettled_days(unsettled)
+    if not blocks:
+        raise CannotComputeError(
+            "A trend needs two trial days with a fit; there is one so far."
+            if any(own for day, own in days.items() if day not in unsettled)
+            else "A trend needs two trial days with a fit; there is none so far."
+        )
 
 
-def _quality(results: DayResults) -> Section:
-    anchor, title = "quality", "Prediction of data that were not used for the fit"
+@chapter("quality", "Prediction of data that were not used for the fit")
+def _quality(results: DayResults) -> Blocks:
     fit = results.trial.identification
     if fit is None:
-        return not_computed(anchor, title, "there is no fit to judge.")
+        raise CannotComputeError("there is no fit to judge.")
     if not fit.converged:
-        return not_computed(anchor, title, _UNSETTLED)
+        raise CannotComputeError(_UNSETTLED)
     if not fit.quality:
-        return not_computed(anchor, title, "nothing was left to judge the fit by.")
-
-    def number(value: float | None) -> str:
-        return "–" if value is None else general(value, 3)
-
-    table = Table.of(
+        raise CannotComputeError("nothing was left to judge the fit by.")
+    yield Table.of(
         f"Root mean square errors over {general(fit.quality[0].horizon_s, 2)} s",
-        [
-            {
-                "Channel": _words(one.channel),
-                "Unit": one.unit,
-                "Readings": str(one.readings),
-                "Sensor noise": general(one.sensor_noise, 2),
-                "Fit": number(one.rmse_identified),
-                "Corrected file": number(one.rmse_corrected_file),
-                "Vehicle file": number(one.rmse_vehicle_file),
-                "Last value kept": number(one.rmse_last_value),
-                "Plain linear model": number(one.rmse_black_box),
-            }
-            for one in fit.quality
-        ],
+        fit.quality,
+        "Channel: {channel:words} | Unit: {unit} | Readings: {readings} | "
+        "Sensor noise: {sensor_noise:.2g} | Fit: {rmse_identified:.3g} | "
+        "Corrected file: {rmse_corrected_file:.3g} | Vehicle file: {rmse_vehicle_file:.3g} | "
+        "Last value kept: {rmse_last_value:.3g} | Plain linear model: {rmse_black_box:.3g}",
         note="A model earns its place where it beats both baselines on the right. The corrected "
         "file has the parameters found, but not the thrust that was fitted beside them. Sensor "
         "noise: of one reading, without the sensor's offset.",
     )
-    return Section(anchor, title, (table,))
 
 
-def _tables(results: DayResults) -> Section:
-    anchor, title = "tables", "Thruster tables since the trial day before"
+@chapter("tables", "Thruster tables since the trial day before")
+def _tables(results: DayResults) -> Blocks:
     now, before = results.tables, results.tables_before
     if now is None or now.why_not:
         reason = now.why_not if now is not None else "they were not kept."
-        return not_computed(anchor, title, f"there are no tables: {reason}")
+        raise CannotComputeError(f"there are no tables: {reason}")
     if before is None or before.why_not:
-        text = "No tables of an earlier trial day are on record; the history begins with these."
-        return Section(anchor, title, (Paragraph(text),))
+        yield Paragraph(
+            "No tables of an earlier trial day are on record; the history begins with these."
+        )
+        return
     if before.tables_sha256 == now.tables_sha256:
-        text = f"The tables are those of {before.day}: not one code differs."
-        return Section(anchor, title, (Paragraph(text),))
+        yield Paragraph(f"The tables are those of {before.day}: not one code differs.")
+        return
     changes = table_changes(before, now)
     if not changes:
         text = f"The tables of {before.day} and of this day have no thrust in common."
-        return Section(anchor, title, (Paragraph(text, tone="warning"),))
+        yield Paragraph(text, tone="warning")
+        return
     worst = max(changes, key=lambda one: one.largest_codes)
-    lead = (
+    yield Paragraph(
         f"Since {before.day} codes changed by up to {general(worst.largest_codes, 2)}, at "
         f"{fixed(worst.at_thrust_n, 1)} N and {speed(worst.speed_mps)} m/s."
         if worst.largest_codes >= ALIKE_CODES
         else f"Since {before.day} no code changed by more than {ALIKE_CODES:g}."
     )
-    table = Table.of(
+    yield Table.of(
         "Change of the code for a thrust",
-        [
-            {
-                "Speed [m/s]": speed(one.speed_mps),
-                "Largest [codes]": general(one.largest_codes, 2),
-                "At [N]": fixed(one.at_thrust_n, 1),
-                "Mean [codes]": general(one.mean_codes, 2),
-                "Thrusts compared": str(one.thrusts),
-            }
-            for one in changes
-        ],
+        changes,
+        "Speed [m/s]: {speed_mps:speed} | Largest [codes]: {largest_codes:.2g} | "
+        "At [N]: {at_thrust_n:.1f} | Mean [codes]: {mean_codes:.2g} | Thrusts compared: {thrusts}",
     )
-    return Section(anchor, title, (Paragraph(lead), table))

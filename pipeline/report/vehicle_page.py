@@ -5,7 +5,6 @@ from pipeline.report.bench_results import thrust_figure, vehicle_glance
 from pipeline.report.blocks import fold
 from pipeline.report.page import Page
 from pipeline.report.results import VehicleResults
-from pipeline.report.run_page import data_section
 from pipeline.report.sections.allocation import allocation_section
 from pipeline.report.sections.closing import changes_section, firmware_section, outliers_section
 from pipeline.report.sections.drive import drive_section
@@ -15,6 +14,7 @@ from pipeline.report.sections.inputs import inputs_section
 from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section
 from pipeline.report.sections.static import static_section
+from pipeline.report.sections.tables import data_section
 from pipeline.report.sections.trials import trials_section
 from pipeline.report.sections.validation import validation_section
 from pipeline.report.sections.warnings import warnings_section

@@ -45,27 +45,11 @@ def zoomable_figure(
     x_axis: Axis | None = None,
     resolution: Resolution | None = None,
 ) -> Figure:
-    """Draw panels above each other over a common horizontal axis.
+    """Draw panels above each other over a common horizontal axis, still and interactive.
 
-    Parameters
-    ----------
-    name : str
-        Unique on the page, of letters, digits and hyphens.
-    lead, caption : str
-        The sentence above, and what is drawn how, for those who do not see it as well.
-    panels : sequence of Panel
-        From above to below; curves of one name share a line of the legend.
-    x_label : str
-        With its unit.
-    x_axis : Axis, optional
-        Ends, or names in the place of numbers.
-    resolution : Resolution, optional
-        Coarser where a page has many figures.
-
-    Returns
-    -------
-    Figure
-        With the still picture and the data of the interactive one.
+    `name` is unique on the page, of letters, digits and hyphens; `lead` the sentence above and
+    `caption` what is drawn how, for those who do not see it as well. Curves of one name share a
+    line of the legend. `resolution` is coarser where a page has many figures.
     """
     chosen = resolution if resolution is not None else Resolution()
     axis = x_axis if x_axis is not None else Axis()

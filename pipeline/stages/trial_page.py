@@ -14,8 +14,8 @@ from pipeline.report.html import address_from, placed, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.page import with_glance
 from pipeline.report.results import DayResults
-from pipeline.report.run_page import status_text
 from pipeline.report.sections.diagnosis_curves import finding_figure
+from pipeline.report.site import Status
 from pipeline.report.trial_page import day_counts, day_page
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
@@ -128,4 +128,4 @@ def _line(results: DayResults, errors: int, warnings: int) -> str:
     parts = [plural(len(results.runs), "run")]
     if not results.trial.settled:
         parts.append("the fit did not come to an end")
-    return "; ".join([*parts, status_text(errors, warnings)])
+    return "; ".join([*parts, Status(errors, warnings).text])

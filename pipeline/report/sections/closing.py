@@ -1,9 +1,10 @@
 """Outliers by name, firmware files, and what `rig2sea apply` changed in the vehicle file."""
 
 from pipeline.control.inverse import firmware_grid
+from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
-from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Links, Paragraph, Table, chapter
 from pipeline.report.html import safe_link
 from pipeline.report.numbers import fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
@@ -12,24 +13,30 @@ from pipeline.report.results import VehicleResults
 _DIGITS = 12
 
 
-def outliers_section(results: VehicleResults) -> Section:
+@chapter("outliers", "Outliers")
+def outliers_section(results: VehicleResults) -> Blocks:
     """Name every point that a robust fit left out, with its file, sheet and row."""
     fitted = _qualities(results)
-    rows = [
-        {
-            "Where": "–" if outlier.source is None else str(outlier.source),
-            "Fit": name,
-            "At": outlier.label,
-            "Measured less fitted": _residual(outlier.residual, quality.unit),
-            "Robust sigmas": signed(outlier.robust_sigmas, 1),
-        }
-        for name, quality in fitted.items()
-        for outlier in quality.outliers
-    ]
-    none = "No fit named an outlier."
-    text = none if fitted else "Nothing was fitted, so no outlier could be named."
-    block = Table.of("Outliers: points that were not fitted", rows) if rows else Paragraph(text)
-    return Section("outliers", "Outliers", (block,))
+    found = [(name, own, one) for name, own in fitted.items() for one in own.outliers]
+    if not found:
+        none = "No fit named an outlier."
+        yield Paragraph(none if fitted else "Nothing was fitted, so no outlier could be named.")
+        return
+    yield Table.of(
+        "Outliers: points that were not fitted",
+        [
+            {
+                "Where": "–" if outlier.source is None else str(outlier.source),
+                "Fit": name,
+                "At": outlier.label,
+                "Measured less fitted": ("+" if outlier.residual > 0 else "")
+                + general(outlier.residual, 3)
+                + ("" if quality.unit == "1" else f" {quality.unit}"),
+                "Robust sigmas": signed(outlier.robust_sigmas, 1),
+            }
+            for name, quality, outlier in found
+        ],
+    )
 
 
 def _qualities(results: VehicleResults) -> dict[str, FitQuality]:
@@ -43,22 +50,13 @@ def _qualities(results: VehicleResults) -> dict[str, FitQuality]:
     return {name: fit.quality for name, fit in fits.items() if fit is not None}
 
 
-def _residual(value: float, unit: str) -> str:
-    sign = "+" if value > 0 else ""
-    return f"{sign}{general(value, 3)}" + ("" if unit == "1" else f" {unit}")
-
-
-def firmware_section(results: VehicleResults) -> Section:
+@chapter("firmware", "Firmware files")
+def firmware_section(results: VehicleResults) -> Blocks:
     """Link the firmware files and say what they are."""
     firmware = results.inverse.firmware if results.inverse is not None else None
     files = [(name.rpartition("firmware/")[2], safe_link(name)) for name in results.firmware_files]
-    blocks: list[Block] = [Links(tuple(files))] if files else []
-    if not files:
-        none = "no files were written beside this page; rig2sea export writes them."
-        reason = results.missing.get(
-            "firmware", "no firmware form was computed." if firmware is None else none
-        )
-        blocks.append(Paragraph(f"No firmware files: {reason}", tone="warning"))
+    if files:
+        yield Links(tuple(files))
     if results.inverse is not None and firmware is not None:
         limits = firmware_grid(results.inverse).limits(0.0)
         fastest = firmware.positive.speed_mps[-1]
@@ -67,16 +65,21 @@ def firmware_section(results: VehicleResults) -> Section:
             if fastest > 0
             else "rest only, at any speed the same"
         )
-        text = (
+        yield Paragraph(
             f"The tables cover codes {firmware.code_min} to {firmware.code_max} and {covered}; "
             f"thrust up to {fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} "
             "N in reverse at rest. Inputs beyond are clamped."
         )
-        blocks.append(Paragraph(text))
-    return Section("firmware", "Firmware files", tuple(blocks), available=bool(files))
+    if not files:
+        none = "no files were written beside this page; rig2sea export writes them."
+        reason = results.missing.get(
+            "firmware", "no firmware form was computed." if firmware is None else none
+        )
+        raise CannotComputeError(f"No firmware files: {reason}")
 
 
-def changes_section(results: VehicleResults) -> Section:
+@chapter("changes", "Changes of the vehicle file")
+def changes_section(results: VehicleResults) -> Blocks:
     """List the changes, the latest first; one that was taken back says so."""
     rows = []
     for entry in reversed(results.changes):
@@ -94,8 +97,7 @@ def changes_section(results: VehicleResults) -> Section:
                     "Vehicle file, SHA-256 before → after": digests,
                 }
             )
-    title = "Changes of the vehicle file"
-    return Section("changes", title, (Table.of("Changes", rows),))
+    yield Table.of("Changes", rows)
 
 
 def _value(value: float | bool | str) -> str:

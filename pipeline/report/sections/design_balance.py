@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.records.design import BalanceDesign, SteadyState
+from pipeline.records.design import BalanceDesign
 from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
-from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Paragraph, Table, chapter
 from pipeline.report.numbers import fixed, general, speed, use_of_limit
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
@@ -16,28 +16,10 @@ from pipeline.types import FloatArray
 _MOST_USE = 2.0
 
 
-def balance_sections(found: BalanceDesign) -> tuple[Section, ...]:
-    """Return everything but the printed numbers."""
-    return (_state(found), _readings(found), _envelope(found))
-
-
-def _state(found: BalanceDesign) -> Section:
-    states = [one for one in (found.exact, found.small_angle) if one is not None]
-    steady = Table.of(
-        "Steady state",
-        [
-            {
-                "Form": state.method,
-                "angle of attack, deg": fixed(state.angle_of_attack_deg, 2),
-                "surge, N": fixed(state.surge_force_n, 1),
-                "vertical, N": fixed(state.vertical_force_n, 1),
-                **{f"{load.thruster}, N": fixed(load.thrust_n, 1) for load in state.loads},
-            }
-            for state in states
-        ],
-        note="Angle of attack nose up, vertical force upwards, in body axes.",
-    )
-    text = (
+@chapter("state", "Angle of attack and thruster loads")
+def state_section(found: BalanceDesign) -> Blocks:
+    """Show the steady state, and what each thruster carries in it."""
+    yield Paragraph(
         f"{speed(found.speed_mps)} m/s, residual buoyancy "
         f"{general(found.residual_buoyancy_n)} N upwards, stern thrusters at "
         f"{general(found.angle_deg)} deg. Steady and level, eq. (1) of Kostenko 2017 is three "
@@ -45,101 +27,82 @@ def _state(found: BalanceDesign) -> Section:
         "buoyancy rights the vehicle: the paper prints it with plus in (1) and (3), with minus "
         "in (6); only the minus rights."
     )
-    blocks: list[Block] = [Paragraph(text), steady, _loads(found.exact)]
+    yield Table.of(
+        "Steady state",
+        [one for one in (found.exact, found.small_angle) if one is not None],
+        lambda state: {
+            "Form": state.method,
+            "angle of attack, deg": fixed(state.angle_of_attack_deg, 2),
+            "surge, N": fixed(state.surge_force_n, 1),
+            "vertical, N": fixed(state.vertical_force_n, 1),
+            **{f"{load.thruster}, N": fixed(load.thrust_n, 1) for load in state.loads},
+        },
+        note="Angle of attack nose up, vertical force upwards, in body axes.",
+    )
+    yield Table.of(
+        "Loads of the exact form",
+        found.exact.loads,
+        "Thruster: {thruster} | thrust, N: {thrust_n:.1f} | inflow, m/s: {inflow_mps:.2f} | "
+        "code: {code:.1f} | shaft speed, rpm: {shaft_speed_rpm:.0f} | "
+        "torque, N m: {torque_nm:.3f} | power, W: {power_w:.0f} | limit, N: {limit_n:.1f} | "
+        "use: {use:use}",
+        note="Inflow is the speed of the water along the thruster. Code, shaft speed and torque "
+        "need a vehicle with bench tables; power without them is by eq. (10).",
+    )
     power, rpm = found.preliminary_power_w, found.preliminary_shaft_speed_rpm
     if power is not None:
         turns = "" if rpm is None else f" at {fixed(rpm, 0)} rpm by eq. (11), an advance ratio of 1"
         form = "exact form" if found.small_angle is None else "small-angle form"
-        text = (
+        yield Paragraph(
             f"Drive of the most loaded thruster in the {form}: {fixed(power, 0)} W by eq. (10)"
             f"{turns}."
         )
-        blocks.append(Paragraph(text))
-    blocks.append(loads_figure(found))
-    return Section("state", "Angle of attack and thruster loads", tuple(blocks))
-
-
-def loads_figure(found: BalanceDesign) -> Figure:
-    """Draw the load of each thruster, its limit written beside it."""
     loads = found.exact.loads
     most = max(loads, key=lambda load: abs(load.thrust_n))
-    bars = [
-        Bar(
-            one.thruster,
-            one.thrust_n,
-            text=f"{use_of_limit(one.use)} of {fixed(one.limit_n, 0)} N" if one.limit_n else "",
-        )
-        for one in loads
-    ]
-    return bars_figure(
+    limits = (
+        f"{use_of_limit(o.use)} of {fixed(o.limit_n, 0)} N" if o.limit_n else "" for o in loads
+    )
+    low, high = min(0.0, 1.2 * min(one.thrust_n for one in loads)), 1.4 * abs(most.thrust_n)
+    yield bars_figure(
         "loads",
         f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
         f"Exact form. Limit: {found.limit_kind}."
         if found.limit_kind
         else "Exact form; no limit is stated.",
-        bars,
+        [Bar(o.thruster, o.thrust_n, text=own) for o, own in zip(loads, limits, strict=True)],
         x_label="thrust  [N]",
-        x_range=(
-            min(0.0, 1.2 * min(one.thrust_n for one in loads)),
-            1.4 * max(abs(most.thrust_n), 1e-9),
-        ),
+        x_range=(low, max(high, 1e-9)),
     )
 
 
-def _loads(state: SteadyState) -> Table:
-    def text(value: float | None, decimals: int) -> str:
-        return "–" if value is None else fixed(value, decimals)
-
-    return Table.of(
-        "Loads of the exact form",
-        [
-            {
-                "Thruster": load.thruster,
-                "thrust, N": fixed(load.thrust_n, 1),
-                "inflow, m/s": fixed(load.inflow_mps, 2),
-                "code": text(load.code, 1),
-                "shaft speed, rpm": text(load.shaft_speed_rpm, 0),
-                "torque, N m": text(load.torque_nm, 3),
-                "power, W": text(load.power_w, 0),
-                "limit, N": text(load.limit_n, 1),
-                "use": use_of_limit(load.use),
-            }
-            for load in state.loads
-        ],
-        note="Inflow is the speed of the water along the thruster. Code, shaft speed and torque "
-        "need a vehicle with bench tables; power without them is by eq. (10).",
-    )
-
-
-def _readings(found: BalanceDesign) -> Section:
-    text = (
+@chapter("readings", "The surge force, read in several ways")
+def readings_section(found: BalanceDesign) -> Blocks:
+    """Show what each reading of the paper's signs gives."""
+    yield Paragraph(
         "(8) has T_y alpha with another sign than the first line of (6); both are "
         "small terms. The exact form needs no such choice and is the one that counts."
         if found.small_angle is not None
         else "The small-angle form has no state here, so (8) and (6) give no surge force."
     )
-    sides = ("left, N", "right, N", "upper, N", "lower, N")
-    rows = [
-        {"Reading": row.reading, "T_x, N": fixed(row.surge_force_n, 1)}
-        | {side: fixed(load, 1) for side, load in zip(sides, row.loads_n, strict=True)}
-        for row in found.readings
-    ]
-    table = Table.of("Surge force and loads by each reading", rows)
-    title = "The surge force, read in several ways"
-    return Section("readings", title, (Paragraph(text), table))
+    yield Table.of(
+        "Surge force and loads by each reading",
+        found.readings,
+        "Reading: {reading} | T_x, N: {surge_force_n:.1f} | left, N: {loads_n[0]:.1f} | "
+        "right, N: {loads_n[1]:.1f} | upper, N: {loads_n[2]:.1f} | lower, N: {loads_n[3]:.1f}",
+    )
 
 
-def _envelope(found: BalanceDesign) -> Section:
-    text = (
+@chapter("envelope", "Envelope, and which thruster saturates first")
+def envelope_section(found: BalanceDesign) -> Blocks:
+    """Show how loads and their limit go with speed, buoyancy and the thrusters' angle."""
+    yield Paragraph(
         f"Limit: {found.limit_kind}. One quantity is changed alone:"
         if found.saturation
         else "No limit of a thruster is stated and no vehicle with bench tables is named, so "
         "saturation cannot be judged."
     )
-    limits = [Bullets(tuple(one.text for one in found.saturation))] if found.saturation else []
-    figures = Gallery((use_figure(found), angle_figure(found)))
-    title = "Envelope, and which thruster saturates first"
-    return Section("envelope", title, (Paragraph(text), *limits, figures))
+    yield Bullets(tuple(one.text for one in found.saturation)) if found.saturation else None
+    yield Gallery((use_figure(found), _angle_figure(found)))
 
 
 def _by_buoyancy(found: BalanceDesign, x: Sequence[float], rows: FloatArray) -> tuple[Trace, ...]:
@@ -159,10 +122,7 @@ def use_figure(found: BalanceDesign) -> Figure:
     k = int(np.argmin(np.abs(np.array(envelope.angle_deg) - found.angle_deg)))
     judged = bool(found.limit_kind)
     load = np.array(envelope.largest_load_n)[:, :, k]
-    values = np.array(envelope.use)[:, :, k] if judged else load
-    shown = np.where(load > 0, values, np.nan)
-    there = shown[np.isfinite(shown)]
-    least, top = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
+    shown = np.where(load > 0, np.array(envelope.use)[:, :, k] if judged else load, np.nan)
     drawn = np.minimum(shown, _MOST_USE) if judged else shown
     traces = _by_buoyancy(found, envelope.speed_mps, drawn.T)
     label = "use of the most\nloaded thruster  [–]" if judged else "largest load  [N]"
@@ -170,7 +130,7 @@ def use_figure(found: BalanceDesign) -> Figure:
     limit = f" Dotted: the limit, {found.limit_kind}." if judged else ""
     return zoomable_figure(
         "use-map",
-        _of_the_map(least, top, judged=judged, empty=not there.size),
+        _of_the_map(shown[np.isfinite(shown)], judged=judged),
         f"Thrusters at {general(envelope.angle_deg[k])} deg, the nearest of the envelope to the "
         f"design's {general(found.angle_deg)} deg; one line for each residual buoyancy.{limit}",
         (panel,),
@@ -178,20 +138,20 @@ def use_figure(found: BalanceDesign) -> Figure:
     )
 
 
-def _of_the_map(least: float, top: float, *, judged: bool, empty: bool) -> str:
+def _of_the_map(use: FloatArray, *, judged: bool) -> str:
     """Say what is to be seen; the limit is passed only where the use passes 1."""
-    if empty:
+    if not use.size:
         return "Nowhere in the envelope does an angle of attack balance force and moment."
     if not judged:
         return "The load of the most loaded thruster over speed and buoyancy."
-    if top <= 1.0:
+    if use.max() <= 1.0:
         return "No thruster comes to its limit anywhere in the envelope."
-    if least >= 1.0:
+    if use.min() >= 1.0:
         return "The most loaded thruster is beyond its limit everywhere in the envelope."
     return "Beyond the dotted line the most loaded thruster has nothing left."
 
 
-def angle_figure(found: BalanceDesign) -> Figure:
+def _angle_figure(found: BalanceDesign) -> Figure:
     """Draw the largest load over the thrusters' angle for several buoyancies."""
     envelope = found.envelope
     i = int(np.argmin(np.abs(np.array(envelope.speed_mps) - found.speed_mps)))

@@ -4,88 +4,70 @@ import numpy as np
 
 from pipeline.records.design import PropellerDesign, PropellerPoint
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Paragraph, Table, chapter
 from pipeline.report.numbers import fixed, general
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 
-def propeller_sections(found: PropellerDesign) -> tuple[Section, ...]:
-    """Return everything but the printed numbers."""
-    points = found.ranked if found.candidate is None else (*found.ranked, found.candidate)
-    best = found.ranked[0]
-    text = (
+def _points(found: PropellerDesign) -> tuple[PropellerPoint, ...]:
+    return found.ranked if found.candidate is None else (*found.ranked, found.candidate)
+
+
+@chapter("ranked", "Propellers, best first")
+def ranked_section(found: PropellerDesign) -> Blocks:
+    """Show what is required, the propellers that give it, and the best of them at work."""
+    points, best = _points(found), found.ranked[0]
+    yield Paragraph(
         f"Required: {general(found.thrust_n)} N at an advance speed of "
         f"{general(found.advance_speed_mps)} m/s in water of "
         f"{general(found.density_kgpm3, 4)} kg/m^3. Drive: {found.drive}. For each number of "
         "blades the propeller of the series that needs least shaft power, by differential "
         "evolution and SLSQP."
     )
-    figures = Gallery((open_water_figure(found), drive_figure(found)))
-    blocks: list[Block] = [Paragraph(text), _table(found, points), figures]
+    yield Table.of(
+        "Propellers ranked by shaft power",
+        points,
+        "Propeller: {label} | blades: {blades} | D, m: {diameter_m:.4f} | P/D: {pitch_ratio:.3f} | "
+        "A_E/A_0: {area_ratio:.3f} | rpm: {shaft_speed_rpm:.0f} | J: {advance_ratio:.3f} | "
+        "K_T: {thrust_coefficient:.4f} | 10 K_Q: {torque_coefficient:10*.4f} | "
+        "thrust, N: {thrust_n:.4g} | torque, N m: {torque_nm:.4g} | power, W: {power_w:.4g} | "
+        "efficiency: {efficiency:.3f}",
+        lambda p: "chosen" if p is best else "published" if p is found.candidate else "",
+        note="The last row in italics is the stated candidate." if found.candidate else "",
+    )
+    yield Gallery((_open_water_figure(found), _drive_figure(found)))
     notes = tuple(dict.fromkeys(note for point in points for note in point.notes))
-    blocks += [Bullets(notes)] if notes else []
+    yield Bullets(notes) if notes else None
     if best.full_power_thrust_n is not None and best.full_power_shaft_speed_rpm is not None:
-        full = (
+        yield Paragraph(
             f"With all that the drive has, {best.label} turns at "
             f"{fixed(best.full_power_shaft_speed_rpm, 0)} rpm and gives "
             f"{fixed(best.full_power_thrust_n, 1)} N."
         )
-        blocks.append(Paragraph(full))
-    return (Section("ranked", "Propellers, best first", tuple(blocks)), _cavitation(points))
 
 
-def _table(found: PropellerDesign, points: tuple[PropellerPoint, ...]) -> Table:
-    return Table.of(
-        "Propellers ranked by shaft power",
-        [
-            {
-                "Propeller": p.label,
-                "blades": str(p.blades),
-                "D, m": fixed(p.diameter_m, 4),
-                "P/D": fixed(p.pitch_ratio, 3),
-                "A_E/A_0": fixed(p.area_ratio, 3),
-                "rpm": fixed(p.shaft_speed_rpm, 0),
-                "J": fixed(p.advance_ratio, 3),
-                "K_T": fixed(p.thrust_coefficient, 4),
-                "10 K_Q": fixed(10 * p.torque_coefficient, 4),
-                "thrust, N": general(p.thrust_n, 4),
-                "torque, N m": general(p.torque_nm, 4),
-                "power, W": general(p.power_w, 4),
-                "efficiency": fixed(p.efficiency, 3),
-            }
-            for p in points
-        ],
-        row_classes=tuple(
-            "chosen" if k == 0 else "published" if p is found.candidate else ""
-            for k, p in enumerate(points)
-        ),
-        note="The last row in italics is the stated candidate." if found.candidate else "",
-    )
-
-
-def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
-    text = (
+@chapter("cavitation", "Cavitation and Reynolds number")
+def cavitation_section(found: PropellerDesign) -> Blocks:
+    """Show by two criteria which propellers cavitate."""
+    yield Paragraph(
         "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. "
         "Burrill: the loading of the projected area must stay below the line of 5 % back "
         "cavitation."
     )
-    table = Table.of(
+    yield Table.of(
         "Cavitation",
-        [
-            {
-                "Propeller": p.label,
-                "A_E/A_0": fixed(p.area_ratio, 3),
-                "least, Keller": fixed(p.keller_area_ratio, 3),
-                "loading": fixed(p.burrill_loading, 3),
-                "limit, Burrill": fixed(p.burrill_limit, 3),
-                "Rn": general(p.reynolds, 2),
-                "verdict": "cavitates" if p.cavitates else "free",
-            }
-            for p in points
-        ],
-        row_classes=tuple("warning" if p.cavitates else "" for p in points),
+        _points(found),
+        lambda p: {
+            "Propeller": p.label,
+            "A_E/A_0": fixed(p.area_ratio, 3),
+            "least, Keller": fixed(p.keller_area_ratio, 3),
+            "loading": fixed(p.burrill_loading, 3),
+            "limit, Burrill": fixed(p.burrill_limit, 3),
+            "Rn": general(p.reynolds, 2),
+            "verdict": "cavitates" if p.cavitates else "free",
+        },
+        lambda p: p.cavitates,
     )
-    return Section("cavitation", "Cavitation and Reynolds number", (Paragraph(text), table))
 
 
 def _point(
@@ -96,7 +78,7 @@ def _point(
     return (Trace(name, np.array([x]), np.array([y]), colour, "points", mark=mark),)
 
 
-def open_water_figure(found: PropellerDesign) -> Figure:
+def _open_water_figure(found: PropellerDesign) -> Figure:
     """Draw K_T, 10 K_Q and efficiency of the best, with its operating point."""
     best, curves = found.ranked[0], found.curves
     j = np.array(curves.advance_ratio)
@@ -105,14 +87,10 @@ def open_water_figure(found: PropellerDesign) -> Figure:
         ("10 K_Q", curves.torque_coefficient, best.torque_coefficient, 10.0, plotting.ORANGE),
         ("efficiency", curves.efficiency, best.efficiency, 1.0, plotting.GREEN),
     )
-    traces = [
-        trace
-        for name, values, at, scale, colour in lines
-        for trace in (
-            Trace(name, j, scale * np.array(values), colour),
-            *_point("", best.advance_ratio, scale * at, colour),
-        )
-    ]
+    traces: list[Trace] = []
+    for name, values, at, scale, colour in lines:
+        traces.append(Trace(name, j, scale * np.array(values), colour))
+        traces += _point("", best.advance_ratio, scale * at, colour)
     return zoomable_figure(
         "open-water",
         f"The best propeller works at J = {fixed(best.advance_ratio, 2)} with an efficiency of "
@@ -124,13 +102,14 @@ def open_water_figure(found: PropellerDesign) -> Figure:
     )
 
 
-def drive_figure(found: PropellerDesign) -> Figure:
+def _drive_figure(found: PropellerDesign) -> Figure:
     """Draw the torque of the best over shaft speed, with what the drive has."""
     best, curves = found.ranked[0], found.curves
-    rpm, need, have, pushes = (
-        np.array(getattr(curves, name), dtype=float)
-        for name in (
-            "shaft_speed_rpm", "propeller_torque_nm", "drive_torque_nm", "propeller_thrust_n",
+    rpm, need, pushes, have = (
+        np.array(own, dtype=float)
+        for own in (
+            curves.shaft_speed_rpm, curves.propeller_torque_nm, curves.propeller_thrust_n,
+            curves.drive_torque_nm,
         )
     )  # fmt: skip
     drive: tuple[Trace, ...] = (Trace("drive has", rpm, have, plotting.VERMILLION),)
@@ -156,9 +135,6 @@ def drive_figure(found: PropellerDesign) -> Figure:
         f"{fixed(found.drive_torque_at_point_nm, 3)} N m.",
         f"At an advance speed of {fixed(found.advance_speed_mps, 2)} m/s; dotted: the required "
         f"{fixed(found.thrust_n, 1)} N. Drive: {found.drive}.",
-        (
-            Panel("torque  [N m]", above),
-            Panel("thrust  [N]", below, limits=(found.thrust_n,)),
-        ),
+        (Panel("torque  [N m]", above), Panel("thrust  [N]", below, limits=(found.thrust_n,))),
         x_label="shaft speed  [rpm]",
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesign
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table
+from pipeline.report.blocks import Blocks, Details, Figure, Paragraph, Table, chapter
 from pipeline.report.numbers import fixed, general, use_of_limit
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
@@ -16,41 +16,32 @@ _FLOWS = (
     "itself falls, the current is left at the garage; uniform: the flow at the vehicle everywhere, "
     "the safe one."
 )
+_COLOURS = {"paper": plotting.BLUE, "uniform": plotting.VERMILLION, "vector": plotting.GREEN}
 
 
-def tether_sections(found: TetherDesign) -> tuple[Section, ...]:
-    """Return everything but the printed numbers."""
-    sections = [_pull(found), _drive(found)]
-    if found.held is not None:
-        sections.append(_held(found.held))
-    return tuple(sections)
-
-
-def _vector(values: tuple[float, ...]) -> str:
-    return "(" + ", ".join(general(v) for v in values) + ")"
-
-
-def _pull(found: TetherDesign) -> Section:
-    text = (
+@chapter("pull", "Pull of the cable along the footprint's edge")
+def pull_section(found: TetherDesign) -> Blocks:
+    """Show the cable, what it pulls with and what shape it takes."""
+    own, current = (
+        f"({', '.join(general(v) for v in values)})"
+        for values in (found.vehicle_velocity_mps, found.current_mps)
+    )
+    yield Paragraph(
         f"{general(found.length_m)} m of cable, vehicle {general(found.radius_m)} m from the "
         f"garage's vertical and {general(abs(found.height_m))} m "
         f"{'below' if found.height_m < 0 else 'above'} it, own velocity "
-        f"{_vector(found.vehicle_velocity_mps)} m/s, current {_vector(found.current_mps)} m/s, "
+        f"{own} m/s, current {current} m/s, "
         f"{general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y up, Z to "
         "starboard."
     )
-    blocks: list[Block] = [Paragraph(text), _pull_figure(found)]
-    blocks += [Paragraph(_FLOWS)] if len(found.variants) > 1 else []
-    blocks += [
-        _edge(one)
-        if one.variant == found.variant
-        else Details(f"The same with the flow '{one.variant}'", (_edge(one),))
-        for one in found.variants
-    ]
+    yield _pull_figure(found)
+    yield Paragraph(_FLOWS) if len(found.variants) > 1 else None
+    for one in found.variants:
+        chosen, name = one.variant == found.variant, f"The same with the flow '{one.variant}'"
+        yield _edge(one) if chosen else Details(name, (_edge(one),))
     if found.equivalent is not None:
-        blocks.append(Paragraph(f"In simulation: {found.equivalent.text}"))
-    blocks.append(_shapes_figure(found))
-    return Section("pull", "Pull of the cable along the footprint's edge", tuple(blocks))
+        yield Paragraph(f"In simulation: {found.equivalent.text}")
+    yield _shapes_figure(found)
 
 
 def _edge(variant: FootprintVariant) -> Table:
@@ -58,14 +49,14 @@ def _edge(variant: FootprintVariant) -> Table:
     return Table.of(
         f"Flow '{variant.variant}': forces of the cable on garage (n) and vehicle (a), thrust "
         "needed there (F), N",
-        [
-            {"angle, deg": fixed(row.angle_deg, 0)}
-            | _parts("T_n", row.on_garage_n, whole=True)
-            | _parts("T_a", row.on_vehicle_n, whole=True)
-            | _parts("F_", row.required_n)
-            | ({"use": use_of_limit(row.use)} if judged else {})
-            for row in variant.rows
-        ],
+        variant.rows,
+        lambda row: {
+            "angle, deg": fixed(row.angle_deg, 0),
+            **_parts("T_n", row.on_garage_n, whole=True),
+            **_parts("T_a", row.on_vehicle_n, whole=True),
+            **_parts("F_", row.required_n),
+            **({"use": use_of_limit(row.use)} if judged else {}),
+        },
         note="F holds cable, drag of the hull and buoyancy at that place.",
     )
 
@@ -79,7 +70,10 @@ def _parts(
     return cells | (size if whole else {})
 
 
-def _drive(found: TetherDesign) -> Section:
+@chapter("drive", "Control forces and power")
+def needs_section(found: TetherDesign) -> Blocks:
+    """Show the forces and the power that the cable asks for."""
+
     def of(basis: str) -> dict[str, str]:
         return {"From": basis if basis == "printed pulls" else f"flow {basis}"}
 
@@ -87,45 +81,51 @@ def _drive(found: TetherDesign) -> Section:
         cells = {f"{what} {axis}": fixed(v, 0) for axis, v in zip("XYZ", power_w, strict=True)}
         return {**cells, f"{what}, sum": fixed(sum(power_w), 0)}
 
-    forces = [
-        of(n.basis) | _parts("T_", n.pull_n, 1) | _parts("R_", n.drag_n, 1)
-        | _parts("F_", n.force_n, 1)
-        for n in found.needs
-    ]  # fmt: skip
-    power = [
-        of(n.basis) | watts("towing", n.towing_power_w) | watts("consumed", n.consumed_power_w)
-        for n in found.needs
-    ]
-    tables = (
-        Table.of("Largest pull, drag of the hull, needed force, eqs. (3) and (4), N", forces),
-        Table.of("Towing and consumed power, eqs. (5) and (6), W", power),
+    yield Table.of(
+        "Largest pull, drag of the hull, needed force, eqs. (3) and (4), N",
+        found.needs,
+        lambda n: of(n.basis) | _parts("T_", n.pull_n, 1) | _parts("R_", n.drag_n, 1)
+        | _parts("F_", n.force_n, 1),
+    )  # fmt: skip
+    yield Table.of(
+        "Towing and consumed power, eqs. (5) and (6), W",
+        found.needs,
+        lambda n: (
+            of(n.basis) | watts("towing", n.towing_power_w) | watts("consumed", n.consumed_power_w)
+        ),
     )
-    return Section("drive", "Control forces and power", tables)
 
 
-def _held(held: HeldFootprint) -> Section:
+@chapter("held", lambda held: f"Footprint that {held.vehicle} can hold")
+def held_section(held: HeldFootprint) -> Blocks:
+    """Show how far from the garage a vehicle holds its place."""
     ahead, astern, up, down, starboard, port = (fixed(n, 0) for n in held.largest_force_n)
-    text = (
+    yield Paragraph(
         f"Largest thrust at rest without turning: {ahead} N ahead, {astern} N astern, {up} N up, "
         f"{down} N down, {starboard} N to starboard and {port} N to port. Roll and pitch are left "
         "to weight and buoyancy."
     )
-    table = Table.of(
-        "Radius that is held",
-        [
-            {"Angle, deg": fixed(angle, 0), "radius, m": fixed(radius, 1), "ends with": what}
-            for angle, radius, what in zip(
-                held.angle_deg, held.held_radius_m, held.limit, strict=True
-            )
-        ],
+    angle = np.array([*held.angle_deg, held.angle_deg[0] + 360.0])
+    radius = np.array([*held.held_radius_m, held.held_radius_m[0]])
+    trace = Trace("", angle, radius, plotting.VERMILLION, "both", mark="o")
+    yield zoomable_figure(
+        "held",
+        f"{held.vehicle} holds {fixed(float(radius.min()), 1)} m in the worst direction and "
+        f"{fixed(float(radius.max()), 1)} m in the best.",
+        "Within this radius the thrusters hold cable, current and buoyancy. Angle from Z "
+        "(starboard) towards X (ahead).",
+        (Panel("radius  [m]", (trace,), height=1.7, from_zero=True),),
+        x_label="angle  [deg]",
     )
-    title = f"Footprint that {held.vehicle} can hold"
-    return Section("held", title, (Paragraph(text), _held_figure(held), table))
+    yield Table.of(
+        "Radius that is held",
+        zip(held.angle_deg, held.held_radius_m, held.limit, strict=True),
+        "Angle, deg: {0:.0f} | radius, m: {1:.1f} | ends with: {2}",
+    )
 
 
 def _pull_figure(found: TetherDesign) -> Figure:
     """Draw |T_a| around the footprint's edge for each flow, printed values as points."""
-    colours = dict(zip(("paper", "uniform", "vector"), _COLOURS, strict=True))
     traces, worst = [], (0.0, 0.0)
     for variant in found.variants:
         angles = np.array([row.angle_deg for row in variant.rows])
@@ -134,7 +134,7 @@ def _pull_figure(found: TetherDesign) -> Figure:
         if chosen:
             worst = (float(angles[pull.argmax()]), float(pull.max()))
         x, y = np.append(angles, 360.0), np.append(pull, pull[0])
-        colour, width = colours[variant.variant], 2.0 if chosen else 1.1
+        colour, width = _COLOURS[variant.variant], 2.0 if chosen else 1.1
         traces.append(Trace(f"flow {variant.variant}", x, y, colour, width=width))
     printed = [row for row in found.printed if row.quantity.startswith("|T_a| at")]
     if printed:
@@ -154,9 +154,6 @@ def _pull_figure(found: TetherDesign) -> Figure:
         (Panel("pull on the\nvehicle  [N]", tuple(traces), height=1.9, from_zero=True),),
         x_label="place on the edge, angle  [deg]",
     )
-
-
-_COLOURS = (plotting.BLUE, plotting.VERMILLION, plotting.GREEN)
 
 
 def _shapes_figure(found: TetherDesign) -> Figure:
@@ -181,20 +178,4 @@ def _shapes_figure(found: TetherDesign) -> Figure:
             Panel("Y, up  [m]", tuple(side), height=1.3),
         ),
         x_label="X, ahead  [m]",
-    )
-
-
-def _held_figure(held: HeldFootprint) -> Figure:
-    """Draw the edge that is held."""
-    angle = np.array([*held.angle_deg, held.angle_deg[0] + 360.0])
-    radius = np.array([*held.held_radius_m, held.held_radius_m[0]])
-    trace = Trace("", angle, radius, plotting.VERMILLION, "both", mark="o")
-    return zoomable_figure(
-        "held",
-        f"{held.vehicle} holds {fixed(float(radius.min()), 1)} m in the worst direction and "
-        f"{fixed(float(radius.max()), 1)} m in the best.",
-        "Within this radius the thrusters hold cable, current and buoyancy. Angle from Z "
-        "(starboard) towards X (ahead).",
-        (Panel("radius  [m]", (trace,), height=1.7, from_zero=True),),
-        x_label="angle  [deg]",
     )

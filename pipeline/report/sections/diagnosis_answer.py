@@ -1,21 +1,14 @@
 """A diagnosis' page: notes, ranking, what to fly next."""
 
+from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord, Leftover, RankedEffect
 from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
-from pipeline.report.blocks import (
-    Block,
-    Bullets,
-    Details,
-    Figure,
-    Paragraph,
-    Section,
-    Table,
-    not_computed,
-)
+from pipeline.report.blocks import Blocks, Bullets, Details, Paragraph, Table, chapter
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
     beside,
+    capital,
     closed_text,
     in_words,
     listed,
@@ -35,47 +28,28 @@ MOST_DRAWN = 8
 _CLEAR = 3.0
 
 
-def notes_section(record: DiagnosisRecord) -> Section:
+@chapter("notes", "Notes")
+def notes_section(record: DiagnosisRecord) -> Blocks:
     """Say what must be known before the answer is used."""
-    blocks: list[Block] = []
     # the engine may have said it
     said = any("no healthy runs" in note.lower() for note in record.notes)
     if not record.evidence.healthy_runs and not said and not of_bench(record):
-        text = (
+        yield Paragraph(
             "No sound runs were given: what a sound vehicle leaves was taken from the "
             "uncertainties and sensor figures of the vehicle file, and the answer rests on "
-            "them. --healthy RUN gives measured ones."
+            "them. --healthy RUN gives measured ones.",
+            tone="note",
         )
-        blocks.append(Paragraph(text, tone="note"))
     none = Paragraph("No further remarks on these data.")
-    blocks.append(Bullets(record.notes) if record.notes else none)
-    return Section("notes", "Notes", tuple(blocks))
+    yield Bullets(record.notes) if record.notes else none
 
 
-def ranking_section(record: DiagnosisRecord) -> Section:
+@chapter("ranking", "What it may be")
+def ranking_section(record: DiagnosisRecord) -> Blocks:
     """Show every answer with its probability, its parameters and their intervals."""
-    title = "What it may be"
     if not record.ranking:
-        return not_computed("ranking", title, "no answer was ranked.")
+        raise CannotComputeError("no answer was ranked.")
     ranking = sorted(record.ranking, key=lambda one: -one.probability)
-    shown = max(SHOWN, sum(one.probability >= PROBABLE for one in ranking))
-    blocks: list[Block] = [
-        _figure(ranking, record),
-        _table("Answers, the most probable first", ranking[:shown], record),
-    ]
-    rest = ranking[shown:]
-    if rest:
-        most = probability_text(max(one.probability for one in rest))
-        blocks.append(
-            Details(
-                f"{plural(len(rest), 'more answer')}, none above {most.removeprefix('<').strip()}",
-                (_table("The other answers", rest, record),),
-            )
-        )
-    return Section("ranking", title, tuple(blocks))
-
-
-def _figure(ranking: list[RankedEffect], record: DiagnosisRecord) -> Figure:
     bars = [
         Bar(
             _words(one),
@@ -85,18 +59,24 @@ def _figure(ranking: list[RankedEffect], record: DiagnosisRecord) -> Figure:
         )
         for one in ranking[:MOST_DRAWN]
     ]
-    first = ranking[0]
-    text = f"{_words(first)} is the most probable, {probability_text(first.probability)}"
+    text = f"{_words(ranking[0])} is the most probable, {probability_text(ranking[0].probability)}"
     if len(ranking) > 1:
         text += f"; next {_words(ranking[1])}, {probability_text(ranking[1].probability)}"
-    return bars_figure(
+    yield bars_figure(
         "fig-ranking",
-        text[0].upper() + text[1:] + ".",
+        f"{capital(text)}.",
         "Blue: the verdict. Orange: what these data cannot tell from it.",
         bars,
         x_label="probability  [%]",
         x_range=(0.0, 128.0),
     )
+    shown = max(SHOWN, sum(one.probability >= PROBABLE for one in ranking))
+    yield _table("Answers, the most probable first", ranking[:shown], record)
+    rest = ranking[shown:]
+    if rest:
+        most = probability_text(rest[0].probability).removeprefix("<").strip()
+        summary = f"{plural(len(rest), 'more answer')}, none above {most}"
+        yield Details(summary, (_table("The other answers", rest, record),))
 
 
 def _tone(one: RankedEffect, record: DiagnosisRecord, tones: tuple[str, str, str]) -> str:
@@ -111,41 +91,34 @@ def _words(one: RankedEffect) -> str:
 
 
 def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -> Table:
+    def cells(one: RankedEffect) -> dict[str, str]:
+        place = list(dict.fromkeys(one.thrusters.values()))
+        place += [listed(one.axes)] if one.axes else []
+        where = f" ({'; '.join(place)})" if place else ""
+        values = (parameter_words(name, value) for name, value in one.parameters.items())
+        return {
+            "Answer": _words(one),
+            "What it is": f"{what_it_is(one.effect)}{where}",
+            "Probability": probability_text(one.probability),
+            "Values with 95 % intervals": "; ".join(f"{w} ({ends})" for w, ends in values) or "–",
+            "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
+        }
+
     return Table.of(
         caption,
-        [
-            {
-                "Answer": _words(one),
-                "What it is": _what(one),
-                "Probability": probability_text(one.probability),
-                "Values with 95 % intervals": _parameters(one),
-                "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
-            }
-            for one in ranking
-        ],
-        row_classes=tuple(_tone(one, record, ("chosen", "warning", "")) for one in ranking),
+        ranking,
+        cells,
+        lambda one: _tone(one, record, ("chosen", "warning", "")),
         note="Shaded: the verdict. Marked: what these data cannot tell from it. Gap closed: on "
         "readings that were kept aside.",
     )
 
 
-def _what(one: RankedEffect) -> str:
-    place = list(dict.fromkeys(one.thrusters.values()))
-    place += [listed(one.axes)] if one.axes else []
-    what = what_it_is(one.effect)
-    return f"{what} ({'; '.join(place)})" if place else what
-
-
-def _parameters(one: RankedEffect) -> str:
-    both = (parameter_words(name, value) for name, value in one.parameters.items())
-    return "; ".join(f"{words} ({ends})" for words, ends in both) or "–"
-
-
-def next_section(record: DiagnosisRecord) -> Section:
+@chapter("next", lambda of: "What to measure next" if of_bench(of) else "What to fly next")
+def next_section(record: DiagnosisRecord) -> Blocks:
     """Say what to fly next, and what is left."""
     bench = of_bench(record)
     following, unknown = record.next_run, "unknown" in record.verdict.effects
-    texts: list[str] = []
     if following is not None:
         first, second = (in_words(name) for name in following.separates)
         manoeuvre = following.manoeuvre.replace("_", " ")
@@ -155,18 +128,17 @@ def next_section(record: DiagnosisRecord) -> Section:
             else f"Fly {manoeuvre}: of the manoeuvres that the vehicle can fly it shows best"
         )
         sigma = general(following.expected_separation_sigma, 2)
-        texts.append(
+        yield Paragraph(
             f"{what} the difference between {first} and {second}, by {sigma} standard deviations."
         )
         if following.expected_separation_sigma < _CLEAR:
-            texts.append("That is little: repeat it, or take more readings.")
+            yield Paragraph("That is little: repeat it, or take more readings.")
     elif not unknown:
-        texts.append("Nothing more is needed to tell the answer from another one.")
+        yield Paragraph("Nothing more is needed to tell the answer from another one.")
     if unknown:
         course = "What is left" if bench else "Time course"
-        texts += [_dependence(record), f"{course}: {record.leftover.time_course}."]
-    title = "What to measure next" if bench else "What to fly next"
-    return Section("next", title, tuple(map(Paragraph, texts)))
+        yield Paragraph(_dependence(record))
+        yield Paragraph(f"{course}: {record.leftover.time_course}.")
 
 
 def _dependence(record: DiagnosisRecord) -> str:

@@ -12,7 +12,7 @@ from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.channels import channel_name, short_name, shown_unit
-from pipeline.report.diagnosis_words import identifiers, of_bench
+from pipeline.report.diagnosis_words import capital, identifiers, of_bench
 from pipeline.report.numbers import general
 from pipeline.report.sections.run_comparison import FEW_READINGS
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
@@ -141,7 +141,7 @@ def finding_figure(finding: DayFinding, run: str = "") -> Figure | None:
     _, factor = shown_unit(finding.shown[0].unit)
     floor = None if finding.shown_floor is None else factor * finding.shown_floor
     before, after = (f"{general(error, 2)} {one.unit}" for error in one.errors)
-    what = f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}"
+    what = f"{capital(channel_name(one.channel))} in {as_it_is(one.run)}"
     said = f"{what}: the simulation is off by {before}."
     if not finding.is_sound and not np.array_equal(one.before, one.after, equal_nan=True):
         said = f"{what}: the simulation is off by {before}, with this cause by {after}."
@@ -156,7 +156,7 @@ def _event_figure(event: FoundEvent) -> Figure:
     time_s = np.array(event.time_s)
     step = np.where(time_s >= event.at_s, event.step[1], event.step[0])
     what = f"{event.axis} {'force' if event.unit == 'N' else 'moment'}"
-    lead = f"{_capital(what)} that the vehicle file lacks, in {as_it_is(event.run)}."
+    lead = f"{capital(what)} that the vehicle file lacks, in {as_it_is(event.run)}."
     traces = (
         Trace("measured", time_s, np.array(event.force), plotting.INK, "line", 1.4),
         Trace("mean", time_s, step, plotting.BLUE),
@@ -203,7 +203,7 @@ def _figure(
     return zoomable_figure(
         name,
         lead,
-        f"{_capital(channel)} in {run}. Black (white on a dark page): measured. Orange: the "
+        f"{capital(channel)} in {run}. Black (white on a dark page): measured. Orange: the "
         f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
@@ -254,8 +254,4 @@ def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
     if floor is not None:
         shown = general(floor, 2)
         text += f"; a sound vehicle leaves {shown} {one.unit}"
-    return f"{_capital(text)}."
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
+    return f"{capital(text)}."

@@ -1,10 +1,12 @@
 """A diagnosis' page: where the gap lies, and how far it shrinks on what took no part."""
 
+from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
-from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table, not_computed
+from pipeline.report.blocks import Blocks, Details, Gallery, Paragraph, Table, chapter
 from pipeline.report.channels import channel_name, in_order, shown_unit, symbol
 from pipeline.report.diagnosis_words import (
+    capital,
     closed_interval,
     closed_text,
     of_bench,
@@ -25,25 +27,60 @@ _HORIZONS = {"0.5": "0.5 s ahead", "2": "2 s ahead", "10": "10 s ahead", "run": 
 _SHADES = ((10.0, "hot3"), (4.0, "hot2"), (1.5, "hot1"))
 
 
-def gap_section(record: DiagnosisRecord) -> Section:
+@chapter("gap", "Where the gap lies")
+def gap_section(record: DiagnosisRecord) -> Blocks:
     """Show the gap by channel, horizon and regime, and when it is there."""
-    title = "Where the gap lies"
-    if not record.gap.channels:
-        return not_computed("gap", title, "no channel of the motion could be compared.")
-    blocks: list[Block] = [Paragraph(gap_lead(record)), _channel_table(record), _map(record)]
-    times = [
-        {
-            "Run": as_it_is(one.run),
-            "From [s]": fixed(one.from_s, 1),
-            "To [s]": fixed(one.to_s, 1),
-            "Share of the gap": percent(one.share),
+    channels, carrying = record.gap.channels, set(record.gap.where.channels)
+    if not channels:
+        raise CannotComputeError("no channel of the motion could be compared.")
+    names = in_order(channels)
+
+    def errors(name: str) -> dict[str, str]:
+        one = channels[name]
+        unit, factor = shown_unit(one.unit)
+        return {
+            "Channel": f"{channel_name(name)} [{unit}]",
+            "Error, rms": general(factor * one.rmse, 3),
+            "Sensor noise": general(factor * one.sensor_floor, 2),
+            "A sound vehicle leaves": general(factor * one.healthy_floor, 2),
+            "Ratio": ratio_text(one.ratio),
         }
-        for one in record.gap.where.times
-    ]
-    if times:
-        note = "A gap that sets in at some time is another fault than one that is always there."
-        blocks.append(Table.of("Stretches of the runs that carry the gap", times, note=note))
-    return Section("gap", title, tuple(blocks))
+
+    yield Paragraph(gap_lead(record))
+    yield Table.of(
+        "Error of the prediction, and what is ordinary",
+        names,
+        errors,
+        lambda name: name in carrying,
+        note="A sound vehicle of this kind leaves so much, with its ordinary parameter errors and "
+        "disturbances. Ratio: error over that. Marked: the channels that carry the gap, or in "
+        "which the answer, or what stands beside none, acts most.",
+    )
+    rows = map_rows(record)
+    yield Table.of(
+        "Error over what a sound vehicle leaves",
+        rows,
+        lambda row: {
+            "Readings": row[0],
+            **{symbol(o): ratio_text(row[1][o]) if o in row[1] else "–" for o in names},
+        },
+        cell_classes={
+            (i, j): next(shade for least, shade in _SHADES if ratios[name] >= least)
+            for i, (_, ratios) in enumerate(rows)
+            for j, name in enumerate(names, start=1)
+            if ratios.get(name, 0.0) >= _SHADES[-1][0]
+        },
+        note="1 and below: nothing to explain; the darker, the more. Columns: the channels of the "
+        "table above, by their symbols.",
+    )
+    times = Table.of(
+        "Stretches of the runs that carry the gap",
+        record.gap.where.times,
+        "Run: {run:name} | From [s]: {from_s:.1f} | To [s]: {to_s:.1f} | "
+        "Share of the gap: {share:percent}",
+        note="A gap that sets in at some time is another fault than one that is always there.",
+    )
+    yield times if times.rows else None
 
 
 def map_rows(record: DiagnosisRecord) -> list[tuple[str, dict[str, float]]]:
@@ -61,28 +98,6 @@ def map_rows(record: DiagnosisRecord) -> list[tuple[str, dict[str, float]]]:
         for one in record.gap.by_regime
     ]
     return rows
-
-
-def _map(record: DiagnosisRecord) -> Table:
-    """Shade the ratios by size."""
-    names, rows = in_order(record.gap.channels), map_rows(record)
-    classes = {
-        (i, j): next(shade for least, shade in _SHADES if ratios[name] >= least)
-        for i, (_, ratios) in enumerate(rows)
-        for j, name in enumerate(names, start=1)
-        if ratios.get(name, 0.0) >= _SHADES[-1][0]
-    }
-    return Table.of(
-        "Error over what a sound vehicle leaves",
-        [
-            {"Readings": label}
-            | {symbol(one): ratio_text(ratios[one]) if one in ratios else "–" for one in names}
-            for label, ratios in rows
-        ],
-        cell_classes=classes,
-        note="1 and below: nothing to explain; the darker, the more. Columns: the channels of the "
-        "table above, by their symbols.",
-    )
 
 
 def gap_lead(record: DiagnosisRecord) -> str:
@@ -112,56 +127,31 @@ def gap_lead(record: DiagnosisRecord) -> str:
             text += f" (rank correlation {fixed(first.correlation, 2)})"
         if first.share < _HARDLY_MORE * first.share_of_time:
             text += ": hardly more than elsewhere"
-    return text[0].upper() + text[1:] + "."
+    return f"{capital(text)}."
 
 
-def _channel_table(record: DiagnosisRecord) -> Table:
-    names, carrying = in_order(record.gap.channels), set(record.gap.where.channels)
-    rows = []
-    for name in names:
-        one = record.gap.channels[name]
-        unit, factor = shown_unit(one.unit)
-        rows.append(
-            {
-                "Channel": f"{channel_name(name)} [{unit}]",
-                "Error, rms": general(factor * one.rmse, 3),
-                "Sensor noise": general(factor * one.sensor_floor, 2),
-                "A sound vehicle leaves": general(factor * one.healthy_floor, 2),
-                "Ratio": ratio_text(one.ratio),
-            }
-        )
-    return Table.of(
-        "Error of the prediction, and what is ordinary",
-        rows,
-        row_classes=tuple("warning" if name in carrying else "" for name in names),
-        note="A sound vehicle of this kind leaves so much, with its ordinary parameter errors and "
-        "disturbances. Ratio: error over that. Marked: the channels that carry the gap, or in "
-        "which the answer, or what stands beside none, acts most.",
-    )
-
-
-def shrink_section(record: DiagnosisRecord) -> Section:
+@chapter("shrink", "Before and after")
+def shrink_section(record: DiagnosisRecord) -> Blocks:
     """Show what the answer takes away, in figures and over time."""
-    title = "Before and after"
-    blocks: list[Block] = [Paragraph(_said(record)), _shrink_table(record)]
+    yield Paragraph(_said(record))
+    yield _shrink_table(record)
     every = curves_in_order(record)
     if not every:
-        blocks.append(Paragraph("No curves were kept with this diagnosis.", tone="note"))
-        return Section("shrink", title, tuple(blocks))
+        yield Paragraph("No curves were kept with this diagnosis.", tone="note")
+        return
     detail = resolution(len(every[:MOST_DRAWN]))
     figures = [run_figure(record, one, k, detail) for k, one in enumerate(every[:MOST_DRAWN])]
     # the first of pool runs stands at the top of the page
     first, rest = (figures[:1], figures[1:]) if of_bench(record) else ([], figures)
-    blocks += first
+    yield from first
     if rest:
         more = f"Measured, before and after: {plural(len(rest), 'figure')}"
-        blocks.append(Details(more, (Gallery(tuple(rest), level=False),)))
+        yield Details(more, (Gallery(tuple(rest), level=False),))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
-        blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))
+        yield Paragraph(f"Not drawn: {', '.join(names)}.", tone="note")
     if record.shrink.held_out:
-        blocks.append(Paragraph(f"Kept aside: {record.shrink.held_out.rstrip('.')}."))
-    return Section("shrink", title, tuple(blocks))
+        yield Paragraph(f"Kept aside: {record.shrink.held_out.rstrip('.')}.")
 
 
 def _said(record: DiagnosisRecord) -> str:

@@ -9,37 +9,53 @@ from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
+from pipeline.report.blocks import Blocks, Figure, Paragraph, Table, chapter
 from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, percent, plural, signed
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, needed
 from pipeline.report.sections.tables import quality_line
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
-ANCHOR, TITLE = "drive", "Drive: torque against shaft speed and code"
 _BRANCHES: tuple[tuple[str, str, str], ...] = (
     ("loading", "load rising", "o"),
     ("unloading", "load falling", "^"),
 )
 
 
-def drive_section(results: VehicleResults) -> Section:
+@chapter("drive", "Drive: torque against shaft speed and code")
+def drive_section(results: VehicleResults) -> Blocks:
     """Show the surface over the bench's points, and its scatter by code."""
-    fit, record = results.drive, results.load_test
-    if fit is None:
-        points = [p for p in record.points if not p.marks] if record is not None else []
-        shown = [_raw(points)] if points else []
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)["drive"], *shown)
-    blocks: list[Block] = [
-        _family(fit, *fitted_points(record, fit)),
-        Paragraph(quality_line("M(n, N)", fit.quality, "codes")),
-        _intervals(fit),
-        *_scales(fit),
-        _spread_table(fit),
-    ]
+    record = results.load_test
+    points = [p for p in record.points if not p.marks] if record is not None else []
+    if results.drive is None and points:
+        yield _raw(points)
+    fit = needed(results, "drive", results.drive)
+    yield _family(fit, *fitted_points(record, fit))
+    yield Paragraph(quality_line("M(n, N)", fit.quality, "codes"))
+    yield _intervals(fit)
+    if len(fit.torque_scale_by_file) > 1:
+        yield Table.of(
+            "Torque of each file against the common surface",
+            fit.torque_scale_by_file.items(),
+            lambda of: {
+                "File": of[0],
+                "Scale": fixed(of[1], 4),
+                "Difference": f"{signed(100 * (of[1] - 1), 2)} %",
+            },
+            note=f"Standard deviation {percent(fit.torque_scale_std)}: the spread from drive to "
+            "drive, which the intervals carry.",
+        )
+    yield Table.of(
+        "Scatter about the surface, by code",
+        fit.codes,
+        "Code: {code:code} | Points: {points} | "
+        "Shaft speed, rpm: {shaft_speed_rpm[0]:.0f} to {shaft_speed_rpm[1]:.0f} | "
+        "Torque, N m: {torque_nm[0]:.3f} to {torque_nm[1]:.3f} | "
+        "Residual std, mN m: {residual_std_nm:1000*.2f} | "
+        "Rising less falling load, mN m: {loading_minus_unloading_nm:1000*+.2f}",
+    )
     if fit.quality.order_reason:
-        blocks.append(Paragraph(fit.quality.order_reason))
-    return Section(ANCHOR, TITLE, tuple(blocks))
+        yield Paragraph(fit.quality.order_reason)
 
 
 def fitted_points(
@@ -142,39 +158,3 @@ def _intervals(fit: DriveFit) -> Paragraph:
             "sweep go together."
         )
     return Paragraph(text, tone="warning")
-
-
-def _scales(fit: DriveFit) -> list[Block]:
-    if len(fit.torque_scale_by_file) < 2:
-        return []
-    rows = [
-        {"File": name, "Scale": fixed(own, 4), "Difference": f"{signed(100 * (own - 1), 2)} %"}
-        for name, own in fit.torque_scale_by_file.items()
-    ]
-    note = (
-        f"Standard deviation {percent(fit.torque_scale_std)}: the spread from drive to drive, "
-        "which the intervals carry."
-    )
-    return [Table.of("Torque of each file against the common surface", rows, note=note)]
-
-
-def _spread_table(fit: DriveFit) -> Table:
-    def ends(pair: tuple[float, float], decimals: int) -> str:
-        return f"{fixed(pair[0], decimals)} to {fixed(pair[1], decimals)}"
-
-    return Table.of(
-        "Scatter about the surface, by code",
-        [
-            {
-                "Code": code(spread.code),
-                "Points": str(spread.points),
-                "Shaft speed, rpm": ends(spread.shaft_speed_rpm, 0),
-                "Torque, N m": ends(spread.torque_nm, 3),
-                "Residual std, mN m": fixed(1000 * spread.residual_std_nm, 2),
-                "Rising less falling load, mN m": "–"
-                if spread.loading_minus_unloading_nm is None
-                else signed(1000 * spread.loading_minus_unloading_nm, 2),
-            }
-            for spread in fit.codes
-        ],
-    )

@@ -5,17 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.records.intervals import NORMAL_95, static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
-from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
+from pipeline.report.blocks import Blocks, Figure, Paragraph, Table, chapter
 from pipeline.report.curves import speed_index, static_std, static_thrust
-from pipeline.report.numbers import code, fixed, signed
-from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
+from pipeline.report.numbers import code, fixed
+from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
-
-ANCHOR, TITLE = "gap", "Mooring test against the calculation at rest"
 
 
 @dataclass(frozen=True)
@@ -35,17 +34,17 @@ class CodeGap:
         return self.measured_n - self.calculated_n
 
 
-def gap_section(results: VehicleResults) -> Section:
+@chapter("gap", "Mooring test against the calculation at rest")
+def gap_section(results: VehicleResults) -> Blocks:
     """Compare thrust at rest by both routes, each sign apart."""
-    record, static = results.mooring, results.static
-    if record is None or static is None:
-        stage = "mooring" if record is None else "static"
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)[stage])
+    needed(results, "mooring", results.mooring)
+    static = needed(results, "static", results.static)
     points = mooring_points_of_tables(results)
     gaps = code_gaps(points, static, results.drive)
     if not gaps:
-        reason = "no code of the mooring test has a calculated working point at rest."
-        return not_computed(ANCHOR, TITLE, reason)
+        raise CannotComputeError(
+            "no code of the mooring test has a calculated working point at rest."
+        )
     worst = max(gaps, key=lambda gap: abs(gap.gap_n))
     outside = sum(abs(gap.gap_n) > gap.half_width_n for gap in gaps)
     largest = f"{fixed(abs(worst.gap_n), 2)} N at code {code(worst.code)}"
@@ -59,9 +58,16 @@ def gap_section(results: VehicleResults) -> Section:
         else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
         " N, inside their 95 % intervals at every code."
     )
-    figure = _figure(points, static, gaps, static_factor(static, results.drive))
-    text = Paragraph(said, tone="warning" if outside else "plain")
-    return Section(ANCHOR, TITLE, (figure, text, _table(gaps)))
+    yield _figure(points, static, gaps, static_factor(static, results.drive))
+    yield Paragraph(said, tone="warning" if outside else "plain")
+    yield Table.of(
+        "Thrust at rest by both routes",
+        gaps,
+        "Code: {code:code} | Points: {points} | Mooring test, N: {measured_n:.2f} | "
+        "Calculated, N: {calculated_n:.2f} | ± 95 %, N: {half_width_n:.2f} | "
+        "Measured less calculated, N: {gap_n:+.2f}",
+        note="Thrusts as magnitudes; the calculation holds for both signs.",
+    )
 
 
 def code_gaps(
@@ -95,24 +101,6 @@ def _scatter(points: Sequence[MooringPoint]) -> float:
     squares = sum(float(np.sum((np.array(v) - np.mean(v)) ** 2)) for v in by_code.values())
     freedom = sum(len(v) - 1 for v in by_code.values())
     return float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
-
-
-def _table(gaps: tuple[CodeGap, ...]) -> Table:
-    return Table.of(
-        "Thrust at rest by both routes",
-        [
-            {
-                "Code": code(gap.code),
-                "Points": str(gap.points),
-                "Mooring test, N": fixed(gap.measured_n, 2),
-                "Calculated, N": fixed(gap.calculated_n, 2),
-                "± 95 %, N": fixed(gap.half_width_n, 2),
-                "Measured less calculated, N": signed(gap.gap_n, 2),
-            }
-            for gap in gaps
-        ],
-        note="Thrusts as magnitudes; the calculation holds for both signs.",
-    )
 
 
 def _figure(
@@ -152,9 +140,6 @@ def _figure(
         f"The largest gap, {fixed(abs(worst.gap_n), 2)} N, is at code {code(worst.code)}.",
         "Thrust at rest (fig. 7, a of Kostenko 2023). Below, as magnitudes: mean of the mooring "
         "points at each code less the calculation; band: 95 % of both.",
-        (
-            Panel("thrust T  [N]", tuple(above), height=1.8),
-            Panel("gap  [N]", below, height=0.9),
-        ),
+        (Panel("thrust T  [N]", tuple(above), height=1.8), Panel("gap  [N]", below, height=0.9)),
         x_label="code N  [–]",
     )

@@ -8,11 +8,10 @@ from pipeline.records.measurements import (
     LoadTestPoint,
     LoadTestRecord,
     MooringRecord,
-    OpenWaterPoint,
     OpenWaterRecord,
     SheetRead,
 )
-from pipeline.report.blocks import Block, Details, Heading, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Blocks, Details, Heading, Paragraph, Table, chapter
 from pipeline.report.numbers import code, fixed, general, plural, signed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
 
@@ -22,20 +21,20 @@ SHEETS_SHOWN = 8
 Marked = tuple[Source, tuple[str, ...]]
 
 
-def inputs_section(results: VehicleResults) -> Section:
+@chapter("inputs", "What came in")
+def inputs_section(results: VehicleResults) -> Blocks:
     """Show the three kinds of raw file as they were understood."""
     kinds: tuple[tuple[str, str, LoadTestRecord | MooringRecord | OpenWaterRecord | None], ...] = (
         ("Load test of the drive", "load_test", results.load_test),
         ("Mooring test", "mooring", results.mooring),
         ("Open-water curves", "open_water", results.open_water),
     )
-    blocks: list[Block] = []
     for title, stage, record in kinds:
         kind = stage.replace("_", "-")
-        blocks.append(Heading(title, f"inputs-{kind}"))
+        yield Heading(title, f"inputs-{kind}")
         if record is None:
             reason = results.missing.get(stage) or f"There is no {kind} data."
-            blocks.append(Paragraph(reason, tone="warning"))
+            yield Paragraph(reason, tone="warning")
             continue
         used = sum(not point.marks for point in record.points)
         text = (
@@ -46,11 +45,10 @@ def inputs_section(results: VehicleResults) -> Section:
             text += _load_test([point for point in record.points if not point.marks])
         elif isinstance(record, MooringRecord):
             text += _mooring(results, record)
-        else:
-            text += _open_water([point for point in record.points if not point.marks])
-        marked = [(point.source, point.marks) for point in record.points]
-        blocks += [Paragraph(text), *_tables(record.sheets, marked)]
-    return Section("inputs", "What came in", tuple(blocks))
+        elif ratios := [p.advance_ratio for p in record.points if not p.marks]:
+            text += f" J from {fixed(min(ratios), 3)} to {fixed(max(ratios), 3)}."
+        yield Paragraph(text)
+        yield from _tables(record.sheets, [(point.source, point.marks) for point in record.points])
 
 
 def _load_test(used: Sequence[LoadTestPoint]) -> str:
@@ -58,17 +56,13 @@ def _load_test(used: Sequence[LoadTestPoint]) -> str:
     if not used:
         return text
     loading = sum(point.branch == "loading" for point in used)
-    (slowest, fastest), (least, most) = (
-        (min(sizes), max(sizes))
-        for sizes in (
-            [abs(p.shaft_speed_rpm) for p in used],
-            [abs(p.torque_nm) for p in used],
-        )
+    rpm, torque = (
+        sorted(abs(getattr(p, n)) for p in used) for n in ("shaft_speed_rpm", "torque_nm")
     )
     counted = (
         f"{plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
-        f"load; shaft speed {fixed(slowest, 0)} to {fixed(fastest, 0)} rpm, torque "
-        f"{general(least)} to {general(most)} N m."
+        f"load; shaft speed {fixed(rpm[0], 0)} to {fixed(rpm[-1], 0)} rpm, torque "
+        f"{general(torque[0])} to {general(torque[-1])} N m."
     )
     return f"{text} {counted}"
 
@@ -102,11 +96,6 @@ def _mooring(results: VehicleResults, record: MooringRecord) -> str:
     return f"{text} {sweeps} {drift}"
 
 
-def _open_water(used: Sequence[OpenWaterPoint]) -> str:
-    ratios = [p.advance_ratio for p in used]
-    return f" J from {fixed(min(ratios), 3)} to {fixed(max(ratios), 3)}." if ratios else ""
-
-
 def _codes(every: Iterable[float | None]) -> str:
     codes = sorted({one for one in every if one is not None})
     if not codes:
@@ -119,8 +108,8 @@ def _codes(every: Iterable[float | None]) -> str:
     return f" {plural(len(codes), 'code')}: {listed}."
 
 
-def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> list[Block]:
-    blocks: list[Block] = [_sheet_table(sheets, points)]
+def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Blocks:
+    yield _sheet_table(sheets, points)
     rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
     for source, marks in points:
         if marks:
@@ -132,10 +121,9 @@ def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> list[Block
         ]
         many = plural(sum(map(len, rows.values())), "point")
         table = Table.of("Points left out, by row", left_out)
-        blocks.append(Details(f"{many} left out, by row", (table,)))
+        yield Details(f"{many} left out, by row", (table,))
     if any(sheet.columns for sheet in sheets):
-        blocks.append(Details("Columns and units as understood", (_column_table(sheets),)))
-    return blocks
+        yield Details("Columns and units as understood", (_column_table(sheets),))
 
 
 def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Block:
@@ -148,19 +136,17 @@ def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Block
         used[key] += not marks
     table = Table.of(
         "Sheets and what became of their points",
-        [
-            {
-                "File": one.file,
-                "Worksheet": one.sheet or "–",
-                "Understood as": one.summary,
-                "Used": str(used[one.file, one.sheet]),
-                "Left out, by reason": ", ".join(
-                    f"{n} {mark}" for mark, n in sorted(reasons[one.file, one.sheet].items())
-                )
-                or "–",
-            }
-            for one in sheets
-        ],
+        sheets,
+        lambda one: {
+            "File": one.file,
+            "Worksheet": one.sheet or "–",
+            "Understood as": one.summary,
+            "Used": str(used[one.file, one.sheet]),
+            "Left out, by reason": ", ".join(
+                f"{n} {mark}" for mark, n in sorted(reasons[one.file, one.sheet].items())
+            )
+            or "–",
+        },
     )
     many = f"{plural(len(sheets), 'sheet')} and what became of their points"
     return table if len(sheets) <= SHEETS_SHOWN else Details(many, (table,))
@@ -186,24 +172,17 @@ def _column_table(sheets: Sequence[SheetRead]) -> Table:
     where: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
     for sheet in sheets:
         for column in sheet.columns:
-            key = (
-                sheet.file,
-                column.quantity,
-                column.header,
-                column.column,
-                column.unit,
-                column.unit_from,
-            )
-            where[key].append(sheet.sheet if sheet.sheet is not None else "–")
+            read = (column.quantity, column.header, column.column, column.unit, column.unit_from)
+            where[sheet.file, *read].append(sheet.sheet if sheet.sheet is not None else "–")
     named = ("Quantity", "Column header", "Column", "Unit", "Unit taken from")
     return Table.of(
         "Columns and units as understood",
-        [
-            {"File": file, "Sheets": _shortened(names)} | dict(zip(named, rest, strict=True))
-            for (file, *rest), names in where.items()
-        ],
+        where.items(),
+        lambda own: {
+            "File": own[0][0],
+            "Sheets": ", ".join(own[1])
+            if len(own[1]) <= 3
+            else f"{own[1][0]} … {own[1][-1]} ({len(own[1])})",
+            **dict(zip(named, own[0][1:], strict=True)),
+        },
     )
-
-
-def _shortened(names: Sequence[str]) -> str:
-    return ", ".join(names) if len(names) <= 3 else f"{names[0]} … {names[-1]} ({len(names)})"

@@ -14,19 +14,18 @@ from pipeline.records.fits import (
 )
 from pipeline.report import plotting
 from pipeline.report.blocks import (
-    Block,
+    Blocks,
     Bullets,
     Details,
     Figure,
     Heading,
     Paragraph,
-    Section,
     Table,
-    not_computed,
+    chapter,
 )
 from pipeline.report.curves import family_code, fit_panels, speed_index, static_thrust, table4_code
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections.tables import (
     THRUST_FROM_N,
     Coefficient,
@@ -46,61 +45,54 @@ from pipeline.report.sections.tables import (
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4
 
-ANCHOR, TITLE = "inverse", "Code from thrust, Tables 3 and 4"
 Side = tuple[str, int, PolynomialFit, Sequence[float] | None]
 
 
-def inverse_section(results: VehicleResults) -> Section:
+@chapter("inverse", "Code from thrust, Tables 3 and 4")
+def inverse_section(results: VehicleResults) -> Blocks:
     """Show Tables 3 and 4, the firmware form, and how well each closes the round trip."""
-    inverse = results.inverse
-    if inverse is None:
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)["inverse"])
+    inverse = needed(results, "inverse", results.inverse)
     published = results.vehicle.published
-    blocks: list[Block] = [Heading("At rest: N(T), Table 3", "table3")]
-    blocks += _table3(results, inverse, published.table3 if published else None)
-    blocks.append(Heading("Under way: N(T, V), Table 4", "table4"))
-    blocks += _table4(results, inverse, published.table4 if published else None)
+    yield Heading("At rest: N(T), Table 3", "table3")
+    yield from _table3(results, inverse, published.table3 if published else None)
+    yield Heading("Under way: N(T, V), Table 4", "table4")
+    yield from _table4(results, inverse, published.table4 if published else None)
     if inverse.round_trip:
-        blocks += [Heading("Round trip", "round-trip"), _round_trip_table(results, inverse)]
-        blocks += _published_no_inverse(inverse)
+        yield Heading("Round trip", "round-trip")
+        yield _round_trip_table(results, inverse)
+        # both numbers, where the published tables do not belong together
+        both = [r for r in inverse.round_trip if None not in {r.cubic_n, r.published_n}]
+        ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
+        printed = max((r.published_n or 0.0 for r in both), default=0.0)
+        if printed > ours:
+            yield Paragraph(
+                "The published Table 4 is not the inverse of the published Table 2: sent through "
+                f"both, a thrust comes back up to {fixed(printed, 2)} N off, through ours "
+                f"{fixed(ours, 2)} N."
+            )
     if inverse.firmware is not None:
-        blocks += _firmware(inverse.firmware)
-    blocks += explained(inverse.explanations)
-    return Section(ANCHOR, TITLE, tuple(blocks))
+        yield from _firmware(inverse.firmware)
+    yield explained(inverse.explanations)
 
 
-def _published_no_inverse(inverse: InverseCharacteristic) -> list[Block]:
-    """Say, with both numbers, where the published tables do not belong together."""
-    both = [r for r in inverse.round_trip if r.cubic_n is not None and r.published_n is not None]
-    ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
-    printed = max((r.published_n or 0.0 for r in both), default=0.0)
-    if printed <= ours:
-        return []
-    text = (
-        f"The published Table 4 is not the inverse of the published Table 2: sent through both, a "
-        f"thrust comes back up to {fixed(printed, 2)} N off, through ours {fixed(ours, 2)} N."
-    )
-    return [Paragraph(text)]
-
-
-def _firmware(firmware: FirmwareCharacteristic) -> list[Block]:
+def _firmware(firmware: FirmwareCharacteristic) -> Blocks:
     ahead, astern = firmware.positive, firmware.negative
     sides = {"Positive": ahead, "Negative": astern}
     against = tuple(f"{sign} thrust: {own.against_motion}" for sign, own in sides.items())
     same = ahead.against_motion == astern.against_motion
-    text = (
+    yield Paragraph(
         f"For each sign of thrust the firmware holds the largest thrust at "
         f"{plural(len(ahead.speed_mps), 'speed')} and the code at {len(ahead.fraction)} "
         "fractions of it, linear in between, so that N(T, V) and T(N, V) are exact inverses "
         "of each other and rise together. "
         f"At and below {fixed(firmware.thrust_dead_n, 2)} N it sends code 0."
     )
-    return [Paragraph(text), Bullets((ahead.against_motion,) if same else against)]
+    yield Bullets((ahead.against_motion,) if same else against)
 
 
 def _table3(
     results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable3 | None
-) -> list[Block]:
+) -> Blocks:
     both = (
         ("positive", 1, inverse.table3_positive, published.positive if published else None),
         ("negative", -1, inverse.table3_negative, published.negative if published else None),
@@ -108,29 +100,27 @@ def _table3(
     sides = [(name, sign, fit, printed) for name, sign, fit, printed in both if fit is not None]
     if not sides:
         reason = missing_reasons(results).get("mooring", "the mooring data do not support it.")
-        return [Paragraph(f"Table 3 was not computed: {reason}", tone="warning")]
+        yield Paragraph(f"Table 3 was not computed: {reason}", tone="warning")
+        return
     rows: list[Coefficient] = []
     for _, sign, fit, printed in sides:
         names = [f"K_N{0 if sign > 0 else 1}{i}" for i in range(len(fit.coefficients))]
         rows += coefficients(names, fit.coefficients, fit.ci95, printed)
-    table = coefficient_table(
+    yield _at_rest(sides)
+    yield coefficient_table(
         "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
         rows,
         note="K_N0i: positive thrust; K_N1i: negative thrust, with its sign, as printed.",
         points="fig-inverse-rest",
     )
-    blocks: list[Block] = [_at_rest(sides), table]
     if published is not None:
-        blocks += map(Paragraph, (_table3_sentence(sides), share_inside(rows)))
-    return [
-        *blocks,
-        *(
+        yield from map(Paragraph, (_table3_sentence(sides), share_inside(rows)))
+    for name, _, own, _ in both:
+        yield (
             Paragraph(f"No fit for {name} thrust: the test has no such points.", tone="warning")
             if own is None
             else Paragraph(quality_line(f"N(T), {name} thrust", own.quality, "T, N,"))
-            for name, _, own, _ in both
-        ),
-    ]
+        )
 
 
 def _at_rest(sides: Sequence[Side]) -> Figure:
@@ -179,11 +169,12 @@ def _table3_sentence(sides: Sequence[Side]) -> str:
 
 def _table4(
     results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable4 | None
-) -> list[Block]:
+) -> Blocks:
     rows = inverse.table4
     if not rows:
         reason = missing_reasons(results).get("static", "there is no static family.")
-        return [Paragraph(f"Table 4 was not computed: {reason}", tone="warning")]
+        yield Paragraph(f"Table 4 was not computed: {reason}", tone="warning")
+        return
     columns = [
         Column(r.speed_mps, r.coefficients, r.ci95, printed_row(published, r.speed_mps))
         for r in rows
@@ -201,24 +192,22 @@ def _table4(
         if common
         else ""
     )
-    layout = paper_table(
+    if results.static is not None:
+        yield _under_way(rows, results.static, published)
+    yield paper_table(
         "Table 4. N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T³",
         columns,
         [limits, *paper_rows(names, columns)],
         note,
     )
-    blocks: list[Block] = []
-    if results.static is not None:
-        blocks.append(_under_way(rows, results.static, published))
-    blocks.append(layout)
     own = [coefficient for one in columns for coefficient in one.coefficients(names)]
     if published is not None:
         none = "The published Table 4 has no speed in common with ours."
-        said = f"{_table4_sentence(rows, published)} {share_inside(own)}" if common else none
-        blocks.append(Paragraph(said))
+        said = f"{_table4_sentence(rows, published)} {share_inside(own)}"
+        yield Paragraph(said if common else none)
     points = "fig-inverse-family" if results.static is not None else ""
     table = coefficient_table("Coefficients of Table 4", own, points=points)
-    return [*blocks, Details("Coefficients of Table 4 with intervals", (table,))]
+    yield Details("Coefficients of Table 4 with intervals", (table,))
 
 
 def _under_way(
@@ -283,10 +272,6 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
     rows = [r for r in inverse.round_trip if speed_index(tabulated, r.speed_mps) is not None]
     others = [r for r in inverse.round_trip if r not in rows]
     printed = any(r.published_n is not None for r in rows)
-
-    def newtons(value: float | None, decimals: int) -> str:
-        return "–" if value is None else fixed(value, decimals)
-
     note = (
         f"Between the tabulated speeds ({len(others)} more) the firmware form is off by at "
         f"most {fixed(max(r.firmware_n for r in others), 4)} N before rounding and "
@@ -296,15 +281,13 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
     )
     return Table.of(
         f"Largest error of T(N(T, V), V) over {THRUST_FROM_N} N < T ≤ T_max",
-        [
-            {
-                "Speed, m/s": speed(row.speed_mps),
-                "Cubic, N": newtons(row.cubic_n, 3),
-                "Firmware form, N": fixed(row.firmware_n, 4),
-                "Firmware form after rounding, codes": fixed(row.firmware_rounded_codes, 2),
-                **({"Published tables, N": newtons(row.published_n, 2)} if printed else {}),
-            }
-            for row in rows
-        ],
+        rows,
+        lambda row: {
+            "Speed, m/s": speed(row.speed_mps),
+            "Cubic, N": fixed(row.cubic_n, 3),
+            "Firmware form, N": fixed(row.firmware_n, 4),
+            "Firmware form after rounding, codes": fixed(row.firmware_rounded_codes, 2),
+            **({"Published tables, N": fixed(row.published_n, 2)} if printed else {}),
+        },
         note=note,
     )

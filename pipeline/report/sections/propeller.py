@@ -6,10 +6,10 @@ from pipeline.physics.propeller import efficiency, polynomial
 from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Figure, Paragraph, Section, not_computed
+from pipeline.report.blocks import Blocks, Figure, Paragraph, chapter
 from pipeline.report.curves import efficiency_curve, fit_panels
 from pipeline.report.numbers import fixed, percent
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, needed
 from pipeline.report.sections.tables import (
     Coefficient,
     coefficient_table,
@@ -21,26 +21,24 @@ from pipeline.report.sections.tables import (
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable1
 
-ANCHOR, TITLE = "propeller", "Propeller: K_T(J) and K_M(J), Table 1"
 #: The published comparison is scored up to this advance ratio.
 COMPARED_TO_J = 0.6
 
 
-def propeller_section(results: VehicleResults) -> Section:
+@chapter("propeller", "Propeller: K_T(J) and K_M(J), Table 1")
+def propeller_section(results: VehicleResults) -> Blocks:
     """Show the fit with its data, residuals, Table 1 and the published curves."""
-    fit = results.propeller
-    if fit is None:
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)["propeller"])
+    fit = needed(results, "propeller", results.propeller)
     published = results.vehicle.published.table1 if results.vehicle.published else None
-    blocks = [_figure(fit, results.open_water, published), *_table1(fit, published)]
+    yield _figure(fit, results.open_water, published)
+    yield from _table1(fit, published)
     for name, curve in (("K_T", fit.thrust), ("K_M", fit.torque)):
-        blocks.append(Paragraph(quality_line(name, curve.quality, "J")))
+        yield Paragraph(quality_line(name, curve.quality, "J"))
         if curve.quality.order_reason:
-            blocks.append(Paragraph(curve.quality.order_reason))
-    return Section(ANCHOR, TITLE, tuple(blocks))
+            yield Paragraph(curve.quality.order_reason)
 
 
-def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]:
+def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> Blocks:
     curves = {
         "K_T": (fit.thrust, published.KT if published else None),
         "K_M": (fit.torque, published.KM if published else None),
@@ -53,24 +51,22 @@ def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]
         if printed is not None:
             share = percent(largest_relative_difference(curve, printed, COMPARED_TO_J))
             off.append(f"{name} differs by at most {share} of {name}0")
-    table = coefficient_table(
+    yield coefficient_table(
         "Table 1. Propeller coefficients",
         rows,
         note=f"Diameter {fixed(fit.diameter_m, 3)} m. K_M is the English K_Q.",
         points="fig-propeller",
     )
-    if not off:
-        return [table]
-    over = f"Against the published curves over J = 0 to {COMPARED_TO_J}"
-    return [table, Paragraph(f"{over}: {', '.join(off)}. {share_inside(rows)}")]
+    if off:
+        over = f"Against the published curves over J = 0 to {COMPARED_TO_J}"
+        yield Paragraph(f"{over}: {', '.join(off)}. {share_inside(rows)}")
 
 
 def _figure(
     fit: PropellerFit, record: OpenWaterRecord | None, published: PublishedTable1 | None
 ) -> Figure:
-    low = min(fit.thrust.quality.valid_range[0], fit.torque.quality.valid_range[0])
-    high = max(fit.thrust.quality.valid_range[1], fit.torque.quality.valid_range[1])
-    j = np.linspace(low, high, 200)
+    lows, highs = zip(*(own.quality.valid_range for own in (fit.thrust, fit.torque)), strict=True)
+    j = np.linspace(min(lows), max(highs), 200)
     eta = efficiency_curve(fit, j)
     best = int(np.nanargmax(eta)) if np.isfinite(eta).any() else None
     k_t = polynomial(j, np.asarray(fit.thrust.coefficients))
@@ -79,12 +75,9 @@ def _figure(
         if best is not None
         else ""
     )
-    thrust, left_t = fit_panels(
-        fit.thrust, "K_T", plotting.BLUE, published.KT if published else None
-    )
-    torque, left_m = fit_panels(
-        fit.torque, "10 K_M", plotting.VERMILLION, published.KM if published else None, scale=10.0
-    )
+    k_t_printed, k_m_printed = (published.KT, published.KM) if published else (None, None)
+    thrust, left_t = fit_panels(fit.thrust, "K_T", plotting.BLUE, k_t_printed)
+    torque, left_m = fit_panels(fit.torque, "10 K_M", plotting.VERMILLION, k_m_printed, scale=10.0)
     curves = (*thrust, *torque, Trace("efficiency", j, eta, plotting.GREEN), *_measured(record))
     return zoomable_figure(
         "fig-propeller",

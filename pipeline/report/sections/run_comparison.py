@@ -4,12 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ChannelError
 from pipeline.report import plotting
 from pipeline.report.blocks import (
-    Block,
+    Blocks,
     Bullets,
     Details,
     Figure,
@@ -17,7 +18,7 @@ from pipeline.report.blocks import (
     Paragraph,
     Section,
     Table,
-    not_computed,
+    chapter,
 )
 from pipeline.report.channels import channel_name, short_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
@@ -62,9 +63,10 @@ class _Series:
     """Its own times, and the values of the free run."""
 
 
-def comparison_section(results: RunResults) -> Section:
+@chapter("comparison", "Measured against simulated")
+def comparison_section(results: RunResults) -> Blocks:
     """Give a table of errors and a figure for every quantity."""
-    anchor, title, trial = "comparison", "Measured against simulated", results.trial
+    trial = results.trial
     if trial is None or trial.why_not or results.measured is None or results.windows is None:
         reason = (trial.why_not if trial is not None else "") or "the log could not be read."
         missing = (
@@ -74,37 +76,44 @@ def comparison_section(results: RunResults) -> Section:
             if results.vehicle.model is None
             else "What the vehicle file or the bench data lack for it is named above."
         )
-        more = [] if results.stored is None else [Paragraph(missing)]
-        return not_computed(anchor, title, reason, *more)
-    figures = _figures(results, results.measured, results.windows)
-    # one panel a channel: heights differ by a factor of five
-    first, rest = (
-        Gallery(tuple(one for name, one in figures if (name in FIRST) is wanted), level=False)
-        for wanted in (True, False)
-    )
-    said = (
+        yield None if results.stored is None else Paragraph(missing)
+        raise CannotComputeError(reason)
+    yield Paragraph(
         f"Predicted: by the vehicle file, {trial.windows} times {trial.horizon_s or 0.0:g} s end "
         f"to end, each from a start that the {trial.lead_s or 0.0:g} s of readings before it "
         "give; this shows how good the model is. Free run: one simulation from the start, never "
         "corrected; it shows what adds up, and drifts with the best of models."
     )
-    blocks: list[Block] = [Paragraph(said), _error_table(trial.channels)]
-    blocks += [Bullets(trial.notes)] if trial.notes else []
+    yield Table.of(
+        "Errors of the simulation",
+        trial.channels,
+        _error_row,
+        lambda one: (one.over_noise or 0.0) > FAR or one.loses,
+        links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(trial.channels)},
+        note="Noise with offset: what the vehicle file states for one reading, noise and offset "
+        "of the sensor together. An error over noise of 1 is as good as the sensor can show. Last "
+        "value kept: the error of predicting that nothing changes. Marked: more than "
+        f"{FAR:g} times the noise, or clearly worse than keeping the last value.",
+    )
+    yield Bullets(trial.notes) if trial.notes else None
+    by_quantity: dict[str, list[_Series]] = {}
+    for one in trial.channels:
+        own = _series(one, results.measured, results.windows, results.free)
+        by_quantity.setdefault(one.quantity, []).append(own)
+    end, detail = float(results.measured.time_s[-1]), resolution_of(results)
+    figures = {name: _figure(name, series, end, detail) for name, series in by_quantity.items()}
+    # one panel a channel: heights differ by a factor of five
+    first, rest = (
+        Gallery(tuple(o for name, o in figures.items() if (name in FIRST) is wanted), level=False)
+        for wanted in (True, False)
+    )
+    yield first
     more_figures = plural(len(rest.figures), "more figure")
-    blocks += [first, *([Details(more_figures, (rest,))] if rest.figures else [])]
-    return Section(anchor, title, tuple(blocks))
+    yield Details(more_figures, (rest,)) if rest.figures else None
 
 
 def with_worst_apart(section: Section, results: RunResults) -> tuple[Section, Figure | None]:
-    """Take out of the section the figure in which the simulation is off most, over the noise.
-
-    Parameters
-    ----------
-    section : Section
-        As `comparison_section` gives it.
-    results : RunResults
-        What is known of the run.
-    """
+    """Take out of a comparison the figure in which the simulation is off most, over the noise."""
     channels = results.trial.channels if results.trial is not None else ()
     judged = [one for one in channels if one.quantity in FIRST and one.over_noise is not None]
     drawn = next((one for one in section.blocks if isinstance(one, Gallery)), None)
@@ -117,20 +126,6 @@ def with_worst_apart(section: Section, results: RunResults) -> tuple[Section, Fi
     return replace(section, blocks=blocks), found
 
 
-def _error_table(channels: tuple[ChannelError, ...]) -> Table:
-    far = [(one.over_noise or 0.0) > FAR or one.loses for one in channels]
-    return Table.of(
-        "Errors of the simulation",
-        list(map(_error_row, channels)),
-        row_classes=tuple("warning" if one else "" for one in far),
-        links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
-        note="Noise with offset: what the vehicle file states for one reading, noise and offset "
-        "of the sensor together. An error over noise of 1 is as good as the sensor can show. Last "
-        "value kept: the error of predicting that nothing changes. Marked: more than "
-        f"{FAR:g} times the noise, or clearly worse than keeping the last value.",
-    )
-
-
 def _error_row(one: ChannelError) -> dict[str, str]:
     unit, factor = shown_unit(one.unit)
     noise, ratio, rms = one.sensor_noise, one.over_noise, factor * one.rmse_windows
@@ -141,36 +136,19 @@ def _error_row(one: ChannelError) -> dict[str, str]:
         "Readings": str(one.readings),
         "Error, rms": general(rms, 3),
         "Noise with offset": "not stated" if noise is None else general(factor * noise, 2),
-        "Error over noise": "–" if ratio is None else general(ratio, 2),
-        "Last value kept, rms": _or_dash(one.rmse_last_value, factor),
-        "Free run, rms": _or_dash(one.rmse_free, factor),
+        "Error over noise": general(ratio, 2),
+        "Last value kept, rms": general(one.rmse_last_value and factor * one.rmse_last_value, 3),
+        "Free run, rms": general(one.rmse_free and factor * one.rmse_free, 3),
         "Error, mean": signed(factor * one.mean_windows, decimals),
         "Error, largest": f"{general(factor * one.worst_windows, 3)} at "
         f"{fixed(one.worst_at_s, 1)} s",
     }
 
 
-def _or_dash(value: float | None, factor: float) -> str:
-    return "–" if value is None else general(factor * value, 3)
-
-
 def resolution_of(results: RunResults) -> Resolution:
     """Share the page's points among all of its curves."""
     channels = len(results.trial.channels) if results.trial is not None else 0
     return Resolution.shared(CURVES * channels + len(results.vehicle.thrusters))
-
-
-def _figures(
-    results: RunResults, measured: RunTable, windows: RunTable
-) -> list[tuple[str, Figure]]:
-    by_quantity: dict[str, list[_Series]] = {}
-    for one in results.trial.channels if results.trial is not None else ():
-        own = _series(one, measured, windows, results.free)
-        by_quantity.setdefault(one.quantity, []).append(own)
-    return [
-        (name, _figure(name, series, float(measured.time_s[-1]), resolution_of(results)))
-        for name, series in by_quantity.items()
-    ]
 
 
 def _figure(quantity: str, series: list[_Series], last_s: float, detail: Resolution) -> Figure:

@@ -5,28 +5,27 @@ from pathlib import PurePath
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
-from pipeline.records.run_notes import RunNotes
 from pipeline.report import plotting
 from pipeline.report.blocks import (
-    Block,
+    Blocks,
     Bullets,
     Details,
     Figure,
     Links,
     Paragraph,
-    Section,
     Table,
-    not_computed,
+    chapter,
 )
 from pipeline.report.numbers import code, fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import RunResults
 from pipeline.report.sections.run_comparison import TIME_LABEL, resolution_of
-from pipeline.report.sections.warnings import note_blocks, problem_blocks
+from pipeline.report.sections.warnings import note_block, problem_blocks
 from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.run_notes import run_of
@@ -37,28 +36,26 @@ LONGEST_LABEL = 12
 CLOCK_WORDS = {"header": "header stamp", "log": "log time", "field": "field of the message"}
 
 
-def run_warnings_section(results: RunResults) -> Section:
+@chapter("warnings", "Warnings")
+def run_warnings_section(results: RunResults) -> Blocks:
     """Begin with what must be known before anything else is read."""
-    blocks: list[Block] = []
     if results.stored is None:
         reason = results.why_not_read or "the log could not be read."
-        blocks.append(Paragraph(f"Nothing could be read: {reason}", tone="error"))
+        yield Paragraph(f"Nothing could be read: {reason}", tone="error")
     trial = results.trial
     if trial is not None:
-        blocks += [Paragraph(text, tone="warning") for text in trial.warnings]
+        for text in trial.warnings:
+            yield Paragraph(text, tone="warning")
         if trial.why_not:
-            blocks.append(Paragraph(f"Nothing was simulated: {trial.why_not}", tone="warning"))
-    serious = [problem for problem in results.all_problems if problem.severity != "note"]
-    notes = [problem for problem in results.all_problems if problem.severity == "note"]
-    if serious and results.stored is not None:
-        blocks += problem_blocks("Problems in the log", serious)
-    elif results.stored is not None:
-        blocks.append(Paragraph("No errors or warnings in the log."))
-    blocks += note_blocks(notes)
-    return Section("warnings", "Warnings", tuple(blocks))
+            yield Paragraph(f"Nothing was simulated: {trial.why_not}", tone="warning")
+    if results.stored is not None:
+        none = "No errors or warnings in the log."
+        yield from problem_blocks("Problems in the log", results.all_problems, none)
+    yield note_block(results.all_problems)
 
 
-def run_facts_section(results: RunResults) -> Section:
+@chapter("run", "What the run was")
+def run_facts_section(results: RunResults) -> Blocks:
     """Say what the run was: log, time, length, notes of those who were there."""
     stored = results.stored
     rows = [("Log", results.shown_path)]
@@ -71,34 +68,28 @@ def run_facts_section(results: RunResults) -> Section:
             ("Recorder", stored.writer or "not stated"),
             ("Closed by the recorder", "yes" if stored.complete else "no: read as far as it goes"),
         ]
-        if stored.notes is not None:
-            rows += _notes(stored.notes)
+        # as they were written; what was left open is left out
+        notes = (
+            {} if stored.notes is None else stored.notes.model_dump(mode="json", exclude={"file"})
+        )
+        rows += [
+            (f"Notes: {name.replace('_', ' ')}", text if value is True else as_it_is(text))
+            for name, value in notes.items()
+            if (text := _plain(value))
+        ]
         rows += [
             (f"Log says: {name}", ", ".join(f"{k} {v}" for k, v in entries.items() if v)[:400])
             for name, entries in stored.metadata.items()
             if any(entries.values())
         ]
-    blocks: list[Block] = [Table("The run", ("What", "Value"), tuple(rows))]
+    yield Table("The run", ("What", "Value"), tuple(rows))
     if stored is not None and stored.notes is None:
-        text = (
+        yield Paragraph(
             f"No notes: write {run_of(PurePath(results.shown_path))}.yaml beside the log "
-            "(ballast, water, tether, who, what) and they stand here."
+            "(ballast, water, tether, who, what) and they stand here.",
+            tone="note",
         )
-        blocks.append(Paragraph(text, tone="note"))
-    if results.files:
-        blocks.append(Links(results.files))
-    return Section("run", "What the run was", tuple(blocks))
-
-
-def _notes(notes: RunNotes) -> list[tuple[str, str]]:
-    """Turn the notes into rows, as they were written; what was left open is left out."""
-    found: list[tuple[str, str]] = []
-    for name, value in notes.model_dump(mode="json", exclude={"file"}).items():
-        text = _plain(value)
-        if text:
-            own = text if isinstance(value, bool) else as_it_is(text)
-            found.append((f"Notes: {name.replace('_', ' ')}", own))
-    return found
+    yield Links(results.files) if results.files else None
 
 
 def _plain(value: object) -> str:
@@ -108,82 +99,78 @@ def _plain(value: object) -> str:
         return ", ".join(f"{k} {_plain(v)}" for k, v in value.items() if _plain(v))
     if isinstance(value, list):
         return "; ".join(_plain(one) for one in value)
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return str(value)
+    return ("no", "yes")[value] if isinstance(value, bool) else str(value)
 
 
-def run_health_section(results: RunResults) -> Section:
+@chapter("health", "Data health")
+def run_health_section(results: RunResults) -> Blocks:
     """Show every channel with its rate, clock, gaps and marked readings, and every topic."""
     stored = results.stored
     if stored is None:
-        return not_computed("health", "Data health", "the log could not be read.")
-    marked = [max(one.marks.values(), default=0) > 0.01 * one.readings for one in stored.channels]
-    table = Table.of(
+        raise CannotComputeError("the log could not be read.")
+
+    def cells(channel: ChannelSummary) -> dict[str, str]:
+        latency, marks = channel.clock.latency_s, sorted(channel.marks.items())
+        return {
+            "Channel": channel.name.replace("_", " "),
+            "Topic": channel.read.topic,
+            "Readings": str(channel.readings),
+            "Rate [Hz]": general(channel.rate_hz, 3),
+            "Longest gap [s]": general(channel.longest_gap_s, 3),
+            "From [s]": fixed(channel.first_s, 1),
+            "To [s]": fixed(channel.last_s, 1),
+            "Clock": CLOCK_WORDS[channel.clock.used],
+            "Latency [ms]": fixed(None if latency is None else 1e3 * latency, 1),
+            "Marked": ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in marks) or "none",
+        }
+
+    yield Table.of(
         "Channels",
-        list(map(_channel_row, stored.channels)),
-        row_classes=tuple("warning" if many else "" for many in marked),
+        stored.channels,
+        cells,
+        lambda one: max(one.marks.values(), default=0) > 0.01 * one.readings,
         note="Marked readings stay in the log as they are; those that cannot be trusted are not "
         "used in what follows, and nothing is filled in for them.",
     )
     seen = sorted({mark for channel in stored.channels for mark in channel.marks})
     remarks = [f"{mark.replace('_', ' ')}: {MARKS.get(mark, mark)}" for mark in seen]
     texts = (*remarks, *stored.notes_of_table)
+    yield Bullets(texts) if texts else None
     topics = Table.of(
         "Topics",
-        [
-            {
-                "Topic": topic.topic,
-                "Message": topic.message_type,
-                "Encoding": topic.encoding,
-                "Messages": str(topic.messages),
-                "Used for": ", ".join(name.replace("_", " ") for name in topic.used_for)
-                or topic.why_not
-                or "not used",
-            }
-            for topic in stored.topics
-        ],
+        stored.topics,
+        lambda topic: {
+            "Topic": topic.topic,
+            "Message": topic.message_type,
+            "Encoding": topic.encoding,
+            "Messages": str(topic.messages),
+            "Used for": ", ".join(name.replace("_", " ") for name in topic.used_for)
+            or topic.why_not
+            or "not used",
+        },
     )
-    folded = Details(f"{plural(len(stored.topics), 'topic')} in the log", (topics,))
-    return Section("health", "Data health", (table, *([Bullets(texts)] if texts else []), folded))
+    yield Details(f"{plural(len(stored.topics), 'topic')} in the log", (topics,))
 
 
-def _channel_row(channel: ChannelSummary) -> dict[str, str]:
-    latency = channel.clock.latency_s
-    marks = [f"{name.replace('_', ' ')} {count}" for name, count in sorted(channel.marks.items())]
-    return {
-        "Channel": channel.name.replace("_", " "),
-        "Topic": channel.read.topic,
-        "Readings": str(channel.readings),
-        "Rate [Hz]": "–" if channel.rate_hz is None else general(channel.rate_hz, 3),
-        "Longest gap [s]": general(channel.longest_gap_s, 3),
-        "From [s]": fixed(channel.first_s, 1),
-        "To [s]": fixed(channel.last_s, 1),
-        "Clock": CLOCK_WORDS[channel.clock.used],
-        "Latency [ms]": "–" if latency is None else fixed(1e3 * latency, 1),
-        "Marked": ", ".join(marks) or "none",
-    }
-
-
-def manoeuvres_section(results: RunResults) -> Section:
+@chapter("manoeuvres", "Commands and manoeuvres")
+def manoeuvres_section(results: RunResults) -> Blocks:
     """List the manoeuvres found, and how long each thruster was at its limit."""
     limits = results.trial.commands_at_limit if results.trial is not None else {}
-    found = [
-        {
+    found = Table.of(
+        "Manoeuvres",
+        results.manoeuvres,
+        lambda one: {
             "Manoeuvre": manoeuvre_words(one.name),
             "From [s]": fixed(one.from_s, 1),
             "To [s]": fixed(one.to_s, 1),
             "Confidence": percent(one.confidence),
             "What was seen": one.sentence,
-        }
-        for one in results.manoeuvres
-    ]
-    none = Paragraph("No manoeuvre was recognised.")
-    blocks: list[Block] = [Table.of("Manoeuvres", found) if found else none]
+        },
+    )
+    yield found if found.rows else Paragraph("No manoeuvre was recognised.")
     if limits:
         shares = ", ".join(f"{name} {percent(share)}" for name, share in limits.items())
-        blocks.append(Paragraph(f"Share of the time at the end of the range of codes: {shares}."))
-    return Section("manoeuvres", "Commands and manoeuvres", tuple(blocks))
+        yield Paragraph(f"Share of the time at the end of the range of codes: {shares}.")
 
 
 def commands_figure(results: RunResults) -> Figure | None:
@@ -198,10 +185,8 @@ def commands_figure(results: RunResults) -> Figure | None:
     ends = {name: (float(one.code_min), float(one.code_max)) for name, one in drives.items()}
     # without thrusters in the vehicle file the names are those of the log
     limits = tuple(ends.get(name) for name in names)
-    manoeuvres = results.trial.manoeuvres if results.trial is not None else ()
-    return command_figure(
-        names, limits, table.time_s, command, manoeuvres, detail=resolution_of(results)
-    )
+    detail = resolution_of(results)
+    return command_figure(names, limits, table.time_s, command, results.manoeuvres, detail=detail)
 
 
 def command_figure(

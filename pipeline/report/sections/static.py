@@ -7,10 +7,10 @@ import numpy as np
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.intervals import largest_thrust_interval, static_factor
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table, not_computed
+from pipeline.report.blocks import Blocks, Details, Figure, Paragraph, Table, chapter
 from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
-from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
+from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
 from pipeline.report.sections.tables import (
     THRUST_FROM_N,
     Column,
@@ -27,14 +27,11 @@ from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable2
 
-ANCHOR, TITLE = "static", "Thrust against code and speed, Table 2"
 
-
-def static_section(results: VehicleResults) -> Section:
+@chapter("static", "Thrust against code and speed, Table 2")
+def static_section(results: VehicleResults) -> Blocks:
     """Show the family, Table 2 in the paper's layout, and the thrust at the largest code."""
-    static = results.static
-    if static is None:
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)["static"])
+    static = needed(results, "static", results.static)
     published = results.vehicle.published
     table2 = published.table2 if published else None
     columns = [
@@ -47,7 +44,8 @@ def static_section(results: VehicleResults) -> Section:
         [fixed(row.dead_zone_code, 1) for row in static.table2],
         ["–" if one.printed is None else _edge(one.printed) for one in columns],
     )
-    layout = paper_table(
+    yield _family(results, static, table2)
+    yield paper_table(
         "Table 2. T = K_F0 sign N + K_F1 N + K_F2 N|N|",
         columns,
         [*paper_rows(("K_F0, N", "K_F1, N per code", "K_F2, N per code²"), columns), dead],
@@ -55,10 +53,8 @@ def static_section(results: VehicleResults) -> Section:
         "condition |N| ≤ K_F0, but K_F0 is a thrust, not a code.",
         "fig-static-family",
     )
-    blocks: list[Block] = [_family(results, static, table2), layout]
     if table2 is not None:
-        said = f"{_against_published(static, table2)} {share_inside(rows)}"
-        blocks.append(Paragraph(said.strip()))
+        yield Paragraph(f"{_against_published(static, table2)} {share_inside(rows)}".strip())
     table = coefficient_table(
         "Coefficients of Table 2",
         rows,
@@ -66,19 +62,16 @@ def static_section(results: VehicleResults) -> Section:
         "noise through both fits, not the misfit of the quadratic form itself.",
         points="fig-static-family",
     )
+    yield Details("Coefficients of Table 2 with intervals", (table,))
+    yield _largest_code(static, published, results.inverse)
     low, high = static.monte_carlo_ratio
-    blocks += [
-        Details("Coefficients of Table 2 with intervals", (table,)),
-        _largest_code(static, published, results.inverse),
-        Paragraph(
-            "The intervals carry the scatter of the bench alone, through both fits by the slopes "
-            f"of the torque balance; {static.monte_carlo_draws} Monte Carlo draws give "
-            f"{fixed(low, 3)} to {fixed(high, 3)} of the same. A true difference between bench and "
-            "water is not in them: see the mooring test against the calculation."
-        ),
-        *explained(static.explanations),
-    ]
-    return Section(ANCHOR, TITLE, tuple(blocks))
+    yield Paragraph(
+        "The intervals carry the scatter of the bench alone, through both fits by the slopes "
+        f"of the torque balance; {static.monte_carlo_draws} Monte Carlo draws give "
+        f"{fixed(low, 3)} to {fixed(high, 3)} of the same. A true difference between bench and "
+        "water is not in them: see the mooring test against the calculation."
+    )
+    yield explained(static.explanations)
 
 
 def _family(
@@ -176,9 +169,7 @@ def _against_published(static: StaticCharacteristic, published: PublishedTable2)
 
 
 def _largest_code(
-    static: StaticCharacteristic,
-    published: Published | None,
-    inverse: InverseCharacteristic | None,
+    static: StaticCharacteristic, published: Published | None, inverse: InverseCharacteristic | None
 ) -> Table:
     most = static.code[-1]
     table2 = published.table2 if published else None

@@ -1,6 +1,6 @@
 """What several chapters share: ours beside the published, a fit's line, provenance."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +13,10 @@ from pipeline.records.fits import (
     SpeedInverse,
     StaticCharacteristic,
 )
-from pipeline.report.blocks import Block, Bullets, Details, Table
+from pipeline.report.blocks import Block, Blocks, Bullets, Details, Paragraph, Table, chapter
 from pipeline.report.curves import speed_index, static_thrust, table2_thrust, table4_code
 from pipeline.report.numbers import as_printed, fixed, general, plural, speed, with_interval
+from pipeline.report.results import DayResults, RunResults, VehicleResults
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.bench_schema import PublishedTable2, PublishedTable4
 
@@ -198,13 +199,13 @@ def coefficient_table(
     """
     published = any(one.published is not None for one in rows)
     links = {(row, 1): f"#{points}" for row in range(len(rows))} if points else {}
-    cells = [_cells(one) | (_published_cells(one) if published else {}) for one in rows]
-    return Table.of(caption, cells, note=note, links=links)
 
+    def cells(one: Coefficient) -> dict[str, str]:
+        value, interval = with_interval(one.value, one.interval)
+        own = {"Coefficient": one.name, "Value": value, "95 % interval": interval}
+        return own | (_published_cells(one) if published else {})
 
-def _cells(one: Coefficient) -> dict[str, str]:
-    value, interval = with_interval(one.value, one.interval)
-    return {"Coefficient": one.name, "Value": value, "95 % interval": interval}
+    return Table.of(caption, rows, cells, note=note, links=links)
 
 
 def _published_cells(one: Coefficient) -> dict[str, str]:
@@ -239,21 +240,16 @@ def _short(value: float) -> str:
     return fixed(value, 0) if float(value).is_integer() else general(value, 3)
 
 
-def explained(texts: Sequence[str]) -> list[Block]:
+def explained(texts: Sequence[str]) -> Block | None:
     """List what a stage assumed or could not do, folded away where it is long."""
-    if len(texts) <= EXPLANATIONS_SHOWN:
-        return [Bullets(tuple(texts))] if texts else []
-    return [Details(f"{len(texts)} remarks on this result", (Bullets(tuple(texts)),))]
+    listed = Bullets(tuple(texts)) if texts else None
+    if listed is None or len(texts) <= EXPLANATIONS_SHOWN:
+        return listed
+    return Details(f"{len(texts)} remarks on this result", (listed,))
 
 
 def share_inside(rows: Sequence[Coefficient]) -> str:
-    """Count the published coefficients that lie inside our intervals; nothing where none is known.
-
-    Parameters
-    ----------
-    rows : sequence of Coefficient
-        Those of one table.
-    """
+    """Count the published coefficients inside our intervals; nothing where none is known."""
     known = [bool(one.inside) for one in rows if one.inside is not None]
     if not known:
         return ""
@@ -266,7 +262,9 @@ def share_inside(rows: Sequence[Coefficient]) -> str:
     )
 
 
-def provenance_table(lines: Mapping[str, str]) -> Table:
-    """Show digests and versions, line by line."""
-    header = ("What", "Digest or version")
-    return Table("Inputs, code and versions", header, tuple(lines.items()))
+@chapter("provenance", "Provenance")
+def data_section(results: RunResults | DayResults | VehicleResults) -> Blocks:
+    """Say what a page was made from."""
+    header, lines = ("What", "Digest or version"), tuple(results.provenance.items())
+    none = Paragraph("No provenance was recorded.")
+    yield Table("Inputs, code and versions", header, lines) if lines else none

@@ -8,7 +8,16 @@ import numpy as np
 from pipeline.language import as_it_is, translate
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Details, Figure, Heading, Links, Paragraph, Section
+from pipeline.report.blocks import (
+    Block,
+    Blocks,
+    Details,
+    Figure,
+    Heading,
+    Links,
+    Paragraph,
+    chapter,
+)
 from pipeline.report.numbers import plural
 from pipeline.report.page import SIGNS
 from pipeline.report.results import TrialDayLink, VehicleResults
@@ -18,60 +27,37 @@ from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 DAYS_SHOWN = 5
 
 
-def trials_section(results: VehicleResults) -> Section:
+@chapter("trials", "Pool trials")
+def trials_section(results: VehicleResults) -> Blocks:
     """List the trial days, the latest first, each with its runs."""
-    title = "Pool trials"
     if not results.trials:
-        text = (
+        yield Paragraph(
             "No pool run yet: put a log (*.mcap) into pool/ of the vehicle's raw folder. "
             "rig2sea watch writes its page as soon as the log is there whole."
         )
-        return Section("trials", title, (Paragraph(text),))
-    blocks: list[Block] = []
+        return
     unsettled = [day.name for day in results.trials if not day.settled]
-    trend = trend_blocks(
-        {day.name: {one.name: one for one in day.parameters} for day in results.trials}, unsettled
-    )
-    if trend:
-        blocks += [Heading(TREND_TITLE, "trend"), *trend]
-    else:
-        blocks += unsettled_days(unsettled)
-    latest_first = results.trials[::-1]
-    for day in latest_first[:DAYS_SHOWN]:
-        blocks += _day(day)
-    older = latest_first[DAYS_SHOWN:]
-    if older:
-        blocks.append(
-            Details(
-                plural(len(older), "earlier trial day"),
-                tuple(block for day in older for block in _day(day)),
-            )
-        )
-    return Section("trials", title, tuple(blocks))
+    days = {day.name: {one.name: one for one in day.parameters} for day in results.trials}
+    trend = trend_blocks(days, unsettled)
+    yield from (Heading(TREND_TITLE, "trend"), *trend) if trend else unsettled_days(unsettled)
+    latest_first = [block for day in results.trials[::-1] for block in _day(day)]
+    yield from latest_first[: 2 * DAYS_SHOWN]
+    older = tuple(latest_first[2 * DAYS_SHOWN :])
+    yield Details(plural(len(older) // 2, "earlier trial day"), older) if older else None
 
 
-def _day(day: TrialDayLink) -> list[Block]:
-    return [
-        Heading(day.title, f"day-{day.name}"),
-        Links(((_said(day), day.href), *_runs(day))),
-    ]
-
-
-def _said(day: TrialDayLink) -> str:
+def _day(day: TrialDayLink) -> tuple[Heading, Links]:
     # piece by piece: the whole has too many parts to be found again for translation
-    sign = "" if day.glance is None else f"{SIGNS[day.glance.light][0]} "
-    parts = [day.line] if day.glance is None else [day.glance.short, day.line]
-    return as_it_is(f"{sign}{translate(day.title)}: {'; '.join(map(translate, parts))}")
-
-
-def _runs(day: TrialDayLink) -> list[tuple[str, str]]:
-    """Set the sign of each run before it, where it is known."""
-    lights = [*day.lights, *([""] * len(day.runs))]
     signs: dict[str, str] = {light: f"{sign} " for light, (sign, _) in SIGNS.items()}
-    return [
+    parts = [day.line] if day.glance is None else [day.glance.short, day.line]
+    sign = signs.get(day.glance.light if day.glance else "", "")
+    said = as_it_is(f"{sign}{translate(day.title)}: {'; '.join(map(translate, parts))}")
+    lights = [*day.lights, *([""] * len(day.runs))]
+    runs = (
         (f"{signs.get(light, '')}{label}", address)
         for (label, address), light in zip(day.runs, lights, strict=False)
-    ]
+    )
+    return Heading(day.title, f"day-{day.name}"), Links(((said, day.href), *runs))
 
 
 def has_trend(results: VehicleResults) -> bool:
@@ -92,13 +78,8 @@ Days = Mapping[str, Mapping[str, IdentifiedParameter]]
 def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ...]:
     """Return the figure of the latest day's parameters, nothing where no two days have a fit.
 
-    Parameters
-    ----------
-    days : mapping
-        Day -> name of a parameter -> what was found, in order of time; days without a fit are
-        passed over.
-    unsettled : collection of str
-        Days whose fit did not settle: they are named and take no part.
+    `days` are in order of time; those without a fit are passed over. Those whose fit did not settle
+    are named and take no part.
     """
     fitted = {day: own for day, own in days.items() if own and day not in unsettled}
     if len(fitted) < 2:

@@ -1,27 +1,16 @@
 """The allocator flown in simulation: does the vehicle keep course, depth and speed."""
 
-from collections.abc import Callable
-
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.records.validation import AllocatorValidation, KeepingFlight
 from pipeline.report import plotting
-from pipeline.report.blocks import (
-    Block,
-    Details,
-    Figure,
-    Gallery,
-    Paragraph,
-    Section,
-    Table,
-    not_computed,
-)
+from pipeline.report.blocks import Blocks, Details, Figure, Gallery, Paragraph, Table, chapter
 from pipeline.report.numbers import code, fixed, general, percent, speed
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import explained
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
-ANCHOR, TITLE = "validation", "Allocator in flight: course, depth and speed with these tables"
 #: Variant, what it is called, colour, mark.
 _VARIANTS: tuple[tuple[str, str, str, str], ...] = (
     ("ideal", "ideal thrusters", plotting.SOFT, "^"),
@@ -32,38 +21,52 @@ _NAMES = {variant: name for variant, name, *_ in _VARIANTS}
 _LABELS = ("speed  [m/s]", "course  [deg]", "depth  [cm]")
 
 
-def validation_section(results: VehicleResults) -> Section:
+@chapter("validation", "Allocator in flight: course, depth and speed with these tables")
+def validation_section(results: VehicleResults) -> Blocks:
     """Show how well the simulated vehicle keeps what it is told, and at what cost."""
     validation = results.validation
     if validation is None:
         reason = results.missing.get("validation", "the stage has not run")
-        if results.vehicle.model is None:
-            # nothing is wrong: a vehicle may be described for its tables alone
-            return Section(ANCHOR, TITLE, (Paragraph(f"Not flown: {reason}"),), available=False)
-        return not_computed(ANCHOR, TITLE, reason)
-    blocks: list[Block] = [
-        Paragraph(
-            "Simulated with whole codes, lag and limits, flown by the bundled autopilot. It shows "
-            "what the tables do, not how well the vehicle file's model is."
-        ),
-        Gallery((_errors_figure(validation), _traces_figure(validation))),
-        _keeping_table(validation),
-        _cost_table(validation),
-    ]
+        # nothing is wrong: a vehicle may be described for its tables alone
+        raise CannotComputeError(
+            f"Not flown: {reason}" if results.vehicle.model is None else reason
+        )
+    yield Paragraph(
+        "Simulated with whole codes, lag and limits, flown by the bundled autopilot. It shows "
+        "what the tables do, not how well the vehicle file's model is."
+    )
+    yield Gallery((_errors_figure(validation), _traces_figure(validation)))
+    yield Table.of(
+        "Keeping speed, course, depth and pitch: rms errors",
+        validation.keeping,
+        lambda one: {
+            "Speed, m/s": speed(one.speed_mps),
+            "Flown with": _NAMES[one.variant],
+            "Reached, m/s": fixed(one.reached_mps, 2),
+            "Speed error, m/s": fixed(one.speed_error_mps, 4),
+            "Course error, deg": fixed(one.heading_error_deg, 2),
+            "Depth error, m": fixed(one.depth_error_m, 3),
+            "Pitch error, deg": fixed(one.pitch_error_deg, 2),
+            "Wrench error: surge, heave, pitch, yaw": ", ".join(
+                percent(share if share > 1e-5 else 0.0) for share in one.wrench_error
+            )
+            or "–",
+        },
+        note="Wrench error: what the codes give when settled less what was wanted after portions "
+        "and limits, rms, in percent of the largest that the thrusters can make on that axis at "
+        "that speed.",
+    )
+    yield _cost_table(validation)
     own = validation.fixed_point
     if own is not None:
-        text = (
+        yield Paragraph(
             f"Fixed point against floating point over {own.commands} commands of these flights: "
             f"{percent(own.differing_share)} of the codes differ, by at most "
             f"{own.largest_difference}."
         )
-        blocks.append(Paragraph(text))
-    blocks += [
-        Paragraph(validation.power_text),
-        *explained(validation.explanations),
-        Details("What was flown", (_flown(validation),)),
-    ]
-    return Section(ANCHOR, TITLE, tuple(blocks))
+    yield Paragraph(validation.power_text)
+    yield explained(validation.explanations)
+    yield Details("What was flown", (_flown(validation),))
 
 
 def _flown(validation: AllocatorValidation) -> Paragraph:
@@ -91,26 +94,17 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
         next(o for o in validation.keeping if o.variant == name and o.speed_mps == at)
         for name in ("mooring", "compensated")
     )
-    readings: tuple[Callable[[KeepingFlight], float], ...] = (
-        lambda one: one.speed_error_mps,
-        lambda one: one.heading_error_deg,
-        lambda one: 100 * one.depth_error_m,
-    )
-
-    def traces(of: Callable[[KeepingFlight], float]) -> list[Trace]:
-        return [
-            Trace(
-                name,
-                np.array([one.speed_mps for one in validation.keeping if one.variant == variant]),
-                np.array([of(one) for one in validation.keeping if one.variant == variant]),
-                colour,
-                "both",
-                mark=mark,
-            )
-            for variant, name, colour, mark in _VARIANTS
-        ]
-
-    rows = zip(_LABELS, map(traces, readings), strict=True)
+    rows: list[list[Trace]] = [[], [], []]
+    for variant, name, colour, mark in _VARIANTS:
+        kept, *errors = np.array(
+            [
+                (o.speed_mps, o.speed_error_mps, o.heading_error_deg, 100 * o.depth_error_m)
+                for o in validation.keeping
+                if o.variant == variant
+            ]
+        ).T
+        for row, own in zip(rows, errors, strict=True):
+            row.append(Trace(name, kept, own, colour, "both", mark=mark))
     return zoomable_figure(
         "fig-flight-errors",
         f"Told to keep {speed(at)} m/s, the vehicle misses by "
@@ -122,7 +116,10 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
         f"Root mean square over {validation.flight_s:g} s. The disturbance is the same at every "
         "speed and for everyone; ideal thrusters exert exactly the wrench that the autopilot "
         "wants, so their line is what the autopilot itself leaves.",
-        [Panel(label, tuple(own), from_zero=True) for label, own in rows],
+        [
+            Panel(label, tuple(own), from_zero=True)
+            for label, own in zip(_LABELS, rows, strict=True)
+        ],
         x_label="speed to be kept V  [m/s]",
     )
 
@@ -150,31 +147,6 @@ def _traces_figure(validation: AllocatorValidation) -> Figure:
     )
 
 
-def _keeping_table(validation: AllocatorValidation) -> Table:
-    return Table.of(
-        "Keeping speed, course, depth and pitch: rms errors",
-        [
-            {
-                "Speed, m/s": speed(one.speed_mps),
-                "Flown with": _NAMES[one.variant],
-                "Reached, m/s": fixed(one.reached_mps, 2),
-                "Speed error, m/s": fixed(one.speed_error_mps, 4),
-                "Course error, deg": fixed(one.heading_error_deg, 2),
-                "Depth error, m": fixed(one.depth_error_m, 3),
-                "Pitch error, deg": fixed(one.pitch_error_deg, 2),
-                "Wrench error: surge, heave, pitch, yaw": ", ".join(
-                    percent(share if share > 1e-5 else 0.0) for share in one.wrench_error
-                )
-                or "–",
-            }
-            for one in validation.keeping
-        ],
-        note="Wrench error: what the codes give when settled less what was wanted after portions "
-        "and limits, rms, in percent of the largest that the thrusters can make on that axis at "
-        "that speed.",
-    )
-
-
 def _cost_table(validation: AllocatorValidation) -> Table:
     def watts(value: float | None) -> str:
         return "not known" if value is None else fixed(value, 1)
@@ -185,23 +157,20 @@ def _cost_table(validation: AllocatorValidation) -> Table:
 
     return Table.of(
         "Limits and power of the same flights",
-        [
-            {
-                "Speed, m/s": speed(one.speed_mps),
-                "Flown with": _NAMES[one.variant],
-                "Demands cut": percent(one.cut_share),
-                "of surge": percent(one.cut_surge_share),
-                "Code at its end": percent(one.code_end_share),
-                "Largest code": code(one.largest_code),
-                "Against the flow": percent(one.opposed_share),
-                "Thrust x inflow, W": fixed(one.thrust_power_w, 1),
-                "At the shafts, W": watts(one.shaft_power_w),
-                "At the supply, W": watts(one.electrical_power_w),
-                "J per metre": per_metre(one),
-            }
-            for one in validation.keeping
-            if one.variant != "ideal"
-        ],
+        [one for one in validation.keeping if one.variant != "ideal"],
+        lambda one: {
+            "Speed, m/s": speed(one.speed_mps),
+            "Flown with": _NAMES[one.variant],
+            "Demands cut": percent(one.cut_share),
+            "of surge": percent(one.cut_surge_share),
+            "Code at its end": percent(one.code_end_share),
+            "Largest code": code(one.largest_code),
+            "Against the flow": percent(one.opposed_share),
+            "Thrust x inflow, W": fixed(one.thrust_power_w, 1),
+            "At the shafts, W": watts(one.shaft_power_w),
+            "At the supply, W": watts(one.electrical_power_w),
+            "J per metre": per_metre(one),
+        },
         note="Against the flow: share of the time with a thruster that pushes against more than "
         "0.1 m/s, where the row at rest is a model. "
         "Compare power only where both reach the same speed: the slower one needs less. J "

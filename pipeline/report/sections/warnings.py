@@ -1,10 +1,10 @@
 """Warnings first: what went wrong, where, and what to do about it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from pipeline.errors import Problem
 from pipeline.records.fits import Check
-from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Blocks, Bullets, Details, Paragraph, Table, chapter
 from pipeline.report.numbers import plural
 from pipeline.report.results import (
     STAGE_TITLES,
@@ -18,73 +18,76 @@ from pipeline.report.results import (
 PLACES_SHOWN = 4
 
 
-def warnings_section(results: VehicleResults) -> Section:
+@chapter("warnings", "Warnings")
+def warnings_section(results: VehicleResults) -> Blocks:
     """List problems by severity, failed checks and missing results; notes are folded away."""
-    problems = all_problems(results)
-    serious = [problem for problem in problems if problem.severity != "note"]
-    notes = [problem for problem in problems if problem.severity == "note"]
-    checks = all_checks(results)
-    failed = [(stage, check) for stage, check in checks if not check.passed]
-    missing = missing_reasons(results)
-    blocks: list[Block] = (
-        problem_blocks("Problems in the raw files", serious)
-        if serious
-        else [Paragraph("No errors or warnings in the raw files.")]
+    problems, checks, missing = all_problems(results), all_checks(results), missing_reasons(results)
+    failed, passed = (
+        [own for own in checks if own[1].passed is wanted] for wanted in (False, True)
     )
+    none = "No errors or warnings in the raw files."
+    yield from problem_blocks("Problems in the raw files", problems, none)
     if failed:
-        blocks.append(_checks("Checks that failed", failed, "warning"))
+        yield _checks("Checks that failed", failed)
     elif checks:
-        blocks.append(Paragraph(f"All {len(checks)} physical and numerical checks passed."))
+        yield Paragraph(f"All {len(checks)} physical and numerical checks passed.")
     if missing:
-        rows = [{"Result": STAGE_TITLES[stage], "Why": why} for stage, why in missing.items()]
-        marked = ("warning",) * len(rows)
-        table = Table.of("Results that could not be computed", rows, row_classes=marked)
-        blocks.append(table)
+        yield Table.of(
+            "Results that could not be computed",
+            missing.items(),
+            lambda own: {"Result": STAGE_TITLES[own[0]], "Why": own[1]},
+            lambda _: True,
+        )
     if results.notes:
-        blocks.append(Bullets(results.notes))
-    blocks += note_blocks(notes)
-    passed = [(stage, check) for stage, check in checks if check.passed]
+        yield Bullets(results.notes)
+    yield note_block(problems)
     if passed:
         table = _checks("Checks that passed", passed)
-        blocks.append(Details(f"{plural(len(passed), 'check')} passed", (table,)))
-    return Section("warnings", "Warnings", tuple(blocks))
+        yield Details(f"{plural(len(passed), 'check')} passed", (table,))
 
 
-def _checks(caption: str, checks: Sequence[tuple[str, Check]], mark: str = "") -> Table:
-    rows = [{"Result": of, "Check": one.name, "What was found": one.text} for of, one in checks]
-    return Table.of(caption, rows, row_classes=(mark,) * len(rows))
+def _checks(caption: str, checks: Sequence[tuple[str, Check]]) -> Table:
+    return Table.of(
+        caption,
+        checks,
+        "Result: {0} | Check: {1.name} | What was found: {1.text}",
+        lambda own: not own[1].passed,
+    )
 
 
-def problem_blocks(caption: str, problems: Sequence[Problem]) -> list[Block]:
+def problem_blocks(caption: str, problems: Sequence[Problem], none: str) -> Blocks:
     """Tabulate errors and warnings, and list the places that the table counts."""
-    return [problem_table(caption, problems), *_all_places(problems)]
+    serious = [problem for problem in problems if problem.severity != "note"]
+    yield _problem_table(caption, serious, PLACES_SHOWN) if serious else Paragraph(none)
+    for (_, what, _, _), places in _grouped(serious).items():
+        if len(places) > PLACES_SHOWN:
+            yield Details(f"All {len(places)} places: {what}", (Bullets(tuple(places)),))
 
 
-def note_blocks(notes: Sequence[Problem]) -> list[Block]:
+def note_block(problems: Sequence[Problem]) -> Block | None:
     """Fold away what was assumed; nothing where there is nothing."""
-    if not notes:
-        return []
-    table = problem_table("Notes", notes, every_place=True)
-    return [Details(f"{plural(len(notes), 'note')}: what was assumed", (table,))]
+    notes = [problem for problem in problems if problem.severity == "note"]
+    table = _problem_table("Notes", notes, len(notes))
+    return Details(f"{plural(len(notes), 'note')}: what was assumed", (table,)) if notes else None
 
 
-def problem_table(caption: str, problems: Iterable[Problem], *, every_place: bool = False) -> Table:
-    """Group problems with the same message; places beyond a few are counted."""
-    groups = _grouped(problems)
-    rows = [
-        {
-            "Severity": severity,
-            "Where": _places(places, len(places) if every_place else PLACES_SHOWN),
-            "What": what,
-            "Expected": expected or "–",
-            "What to do": remedy or "–",
-        }
-        for (severity, what, expected, remedy), places in groups.items()
-    ]
-    return Table.of(caption, rows, row_classes=tuple(severity for severity, *_ in groups))
+def _problem_table(caption: str, problems: Sequence[Problem], shown: int) -> Table:
+    """Group problems with the same message; places beyond those shown are counted."""
+    return Table.of(
+        caption,
+        _grouped(problems).items(),
+        lambda own: {
+            "Severity": own[0][0],
+            "Where": _places(own[1], shown),
+            "What": own[0][1],
+            "Expected": own[0][2] or "–",
+            "What to do": own[0][3] or "–",
+        },
+        lambda own: own[0][0],
+    )
 
 
-def _grouped(problems: Iterable[Problem]) -> dict[tuple[str, str, str, str], list[str]]:
+def _grouped(problems: Sequence[Problem]) -> dict[tuple[str, str, str, str], list[str]]:
     groups: dict[tuple[str, str, str, str], list[str]] = {}
     for problem in problems:
         key = (problem.severity, problem.what, problem.expected, problem.remedy)
@@ -98,12 +101,3 @@ def _places(places: list[str], shown: int) -> str:
     if len(places) <= shown:
         return f"each of {'; '.join(places)}"
     return f"each of {'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
-
-
-def _all_places(problems: Iterable[Problem]) -> list[Block]:
-    """List, folded away, the places that `problem_table` counts instead of naming."""
-    long = {key: places for key, places in _grouped(problems).items() if len(places) > PLACES_SHOWN}
-    return [
-        Details(f"All {len(places)} places: {what}", (Bullets(tuple(places)),))
-        for (_, what, _, _), places in long.items()
-    ]

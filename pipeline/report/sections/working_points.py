@@ -7,21 +7,22 @@ import numpy as np
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Paragraph, Section, not_computed
-from pipeline.report.curves import drive_torque, speed_index
+from pipeline.report.blocks import Blocks, Figure, Paragraph, chapter
+from pipeline.report.curves import drive_torque, shown_speeds, speed_index
 from pipeline.report.numbers import code, fixed, general, speed
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
-ANCHOR, TITLE = "working-points", "Working points: where drive and propeller meet"
+#: Working point of one code: speed, rpm, torque, thrust, status.
+Point = tuple[float, float, float, float, str]
 
 
-def working_points_section(results: VehicleResults) -> Section:
+@chapter("working-points", "Working points: where drive and propeller meet")
+def working_points_section(results: VehicleResults) -> Blocks:
     """Draw the propeller's demand and the drive's supply over shaft speed."""
-    propeller, drive, static = results.propeller, results.drive, results.static
-    if propeller is None:
-        return not_computed(ANCHOR, TITLE, missing_reasons(results)["propeller"])
+    propeller = needed(results, "propeller", results.propeller)
+    drive, static = results.drive, results.static
     model = OpenWaterPropeller(
         np.asarray(propeller.thrust.coefficients),
         np.asarray(propeller.torque.coefficients),
@@ -30,11 +31,12 @@ def working_points_section(results: VehicleResults) -> Section:
     )
     speeds = results.vehicle.tables.speed_mps
     if drive is not None and static is not None:
-        return Section(ANCHOR, TITLE, (_figure(model, speeds, drive, static),))
+        yield _figure(model, speeds, drive, static)
+        return
+    yield _figure(model, speeds)
     stage = "drive" if drive is None else "static"
     reason = missing_reasons(results).get(stage, "the stage has not run")
-    missing = Paragraph(f"The working points were not computed: {reason}", tone="warning")
-    return Section(ANCHOR, TITLE, (_figure(model, speeds), missing))
+    yield Paragraph(f"The working points were not computed: {reason}", tone="warning")
 
 
 def _figure(
@@ -42,12 +44,10 @@ def _figure(
     speeds: Sequence[float],
     drive: DriveFit | None = None,
     static: StaticCharacteristic | None = None,
-) -> Block:
+) -> Figure:
     """Draw torque and thrust of the propeller, the drive's lines and where they meet."""
     codes = _shown_codes(drive)
-    points = {
-        value: _points_at(static, value, speeds) if static is not None else [] for value in codes
-    }
+    points = {own: _points_at(static, own, speeds) if static else [] for own in codes}
     rpm = _shaft_speeds(model, speeds, drive, [p for own in points.values() for p in own])
     torque: list[Trace] = []
     thrust: list[Trace] = []
@@ -57,23 +57,19 @@ def _figure(
             own = values(rpm / 60.0, speed_mps)
             shown = np.where(own > 0, own, np.nan)
             traces.append(Trace(f"{speed(speed_mps)} m/s", rpm, shown, colour))
-    for spread in drive.codes if drive is not None else ():
-        if drive is not None and spread.code in codes:
+    for spread in drive.codes if drive else ():
+        if drive and spread.code in codes:
             n = np.linspace(*spread.shaft_speed_rpm, 60)
             own = drive_torque(drive, n, spread.code)[0]
             torque.append(Trace("drive", n, own, plotting.SOFT, width=1.6, end=code(spread.code)))
     for found in points.values():
         for column, traces in ((2, torque), (3, thrust)):
             for point in found:
-                at = (np.array([point[1]]), np.array([point[column]]))
-                hollow = point[4] != "live"
-                mark = Trace("", *at, colours[point[0]], "points", mark="o", hollow=hollow)
-                traces.append(mark)
+                at, own = np.array([point[1]]), np.array([point[column]])
+                colour, open_one = colours[point[0]], point[4] != "live"
+                traces.append(Trace("", at, own, colour, "points", mark="o", hollow=open_one))
     top = points.get(codes[-1], []) if codes else []
-    highest = [
-        1.3 * max((p[2] for p in top), default=0.0) or None,
-        1.3 * max((p[3] for p in top), default=0.0) or None,
-    ]
+    highest = [1.3 * max((float(p[k]) for p in top), default=0.0) or None for k in (2, 3)]
     return zoomable_figure(
         "fig-working-points",
         _lead(model, speeds, codes[-1] if codes else None, top, float(rpm[-1])),
@@ -94,7 +90,7 @@ def _shaft_speeds(
     model: OpenWaterPropeller,
     speeds: Sequence[float],
     drive: DriveFit | None,
-    points: Sequence[tuple[float, float, float, float, str]],
+    points: Sequence[Point],
 ) -> FloatArray:
     """Shaft speeds to draw; without a drive down to J = 0.3 at the fastest speed. [rpm]."""
     if drive is None:
@@ -109,7 +105,7 @@ def _lead(
     model: OpenWaterPropeller,
     speeds: Sequence[float],
     at_code: float | None,
-    points: Sequence[tuple[float, float, float, float, str]],
+    points: Sequence[Point],
     last_rpm: float,
 ) -> str:
     if at_code is None:
@@ -144,14 +140,12 @@ def _shown_codes(drive: DriveFit | None) -> list[float]:
 
 def _points_at(
     static: StaticCharacteristic, at_code: float, speeds: Sequence[float]
-) -> list[tuple[float, float, float, float, str]]:
-    """Working points of one code: (speed, rpm, torque, thrust, status)."""
+) -> list[Point]:
     column = speed_index(static.code, at_code)
-    points: list[tuple[float, float, float, float, str]] = []
-    for speed_mps in speeds:
-        row = speed_index(static.speed_mps, speed_mps)
-        if row is None or column is None:
-            continue
+    points: list[Point] = []
+    if column is None:
+        return points
+    for speed_mps, row in shown_speeds(static, speeds):
         status = static.status[row][column]
         if status in {"live", "extrapolated"}:
             values = (static.shaft_speed_rpm, static.torque_nm, static.thrust_n)
