@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Paragraph:
+class Text:
     """A paragraph; `tone` colours its margin."""
 
     text: str
@@ -161,7 +161,7 @@ class Details:
     kind: ClassVar[str] = "details"
 
 
-Block = Paragraph | Bullets | Heading | Table | Figure | Gallery | Links | Details
+Block = Text | Bullets | Heading | Table | Figure | Gallery | Links | Details
 #: What a chapter is made of; None is left out.
 Blocks = Iterator[Block | None]
 
@@ -180,12 +180,12 @@ class Section:
     @property
     def is_there(self) -> bool:
         """Whether it holds more than why it is not available."""
-        return self.available or any(not isinstance(one, Paragraph) for one in self.blocks)
+        return self.available or any(not isinstance(one, Text) for one in self.blocks)
 
     @property
     def reason(self) -> str:
         """Why there is nothing, of a section that is not available."""
-        texts = [one.text for one in self.blocks if isinstance(one, Paragraph)]
+        texts = [one.text for one in self.blocks if isinstance(one, Text)]
         return " ".join(texts).removeprefix("Not computed: ")
 
 
@@ -212,7 +212,7 @@ def chapter(
                 for one in build(results):
                     blocks += [] if one is None else [one]
             except CannotComputeError as error:
-                why = [Paragraph(f"Not computed: {error}", tone="warning")]
+                why = [Text(f"Not computed: {error}", tone="warning")]
             named = title if isinstance(title, str) else title(results)
             return Section(anchor, named, (*why, *blocks), available=not why)
 

@@ -7,7 +7,7 @@ from pipeline.records.comparison import Comparison, Difference, Side
 from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
 from pipeline.report.bars import gains_figure
-from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Table, Text, chapter
 from pipeline.report.diagnosis_words import probability_text
 from pipeline.report.page import Page
 from pipeline.report.zoomable import Panel, Style, Trace, zoomable_figure
@@ -27,7 +27,7 @@ def comparison_page(record: Comparison, assets: str = "") -> str:
         glance=glance,
         word=word,
         picture=figures[0] if figures else None,
-        notes=tuple(Paragraph(text, tone="note") for text in record.cautions),
+        notes=tuple(Text(text, tone="note") for text in record.cautions),
         assets=assets,
     ).html()
 
@@ -93,10 +93,10 @@ def _curves(figures: list[Figure]) -> Blocks:
 @chapter("codes", "Codes that changed")
 def _codes(record: Comparison) -> Blocks:
     if record.codes_compared and not record.codes:
-        yield Paragraph(f"None of {record.codes_compared} thrusts at rest gets another code.")
+        yield Text(f"None of {record.codes_compared} thrusts at rest gets another code.")
     elif record.codes_compared:
         most = max(record.codes, key=lambda one: abs(one.b - one.a))
-        yield Paragraph(
+        yield Text(
             f"{len(record.codes)} of {record.codes_compared} thrusts at rest get another code, by "
             f"{abs(most.b - most.a)} at most ({most.a} and {most.b} at {most.thrust_n:.1f} N)."
         )

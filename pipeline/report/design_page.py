@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pipeline.language import as_it_is, translate
 from pipeline.records.design import BalanceDesign, Design, Printed, PropellerDesign
-from pipeline.report.blocks import Blocks, Details, Paragraph, Section, Table, chapter
+from pipeline.report.blocks import Blocks, Details, Section, Table, Text, chapter
 from pipeline.report.numbers import as_printed, general, plural, signed
 from pipeline.report.page import Labels, Page
 from pipeline.report.sections import design_balance, design_propeller, design_tether
@@ -38,7 +38,7 @@ def design_page(found: Design, crumbs: Labels = ()) -> str:
         title=as_it_is(found.title),
         tab=as_it_is(f"{found.title}: {translate(kind)}"),
         under=tuple(under),
-        notes=tuple(Paragraph(text, tone="warning") for text in found.warnings),
+        notes=tuple(Text(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,
         sections=(*sections, *([_printed_section(found.printed)] if found.printed else [])),
     ).html()
@@ -47,7 +47,7 @@ def design_page(found: Design, crumbs: Labels = ()) -> str:
 @chapter("printed", "Printed numbers beside ours")
 def _printed_section(printed: Sequence[Printed]) -> Blocks:
     inside = sum(row.within_rounding for row in printed)
-    yield Paragraph(
+    yield Text(
         f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what "
         "is printed. A suffix after the quantity tells what ours is computed from (exact: the "
         "exact form; from printed: from other printed numbers; the name of a flow: from our "

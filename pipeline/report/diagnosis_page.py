@@ -7,18 +7,8 @@ from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.glance import Advice, Glance, Light
+from pipeline.report import diagnosis_words as words
 from pipeline.report.blocks import Figure, Links, Section, fold
-from pipeline.report.diagnosis_words import (
-    closed_interval,
-    closed_text,
-    identifiers,
-    in_words,
-    listed,
-    of_bench,
-    probability_text,
-    said,
-    verdict_sentence,
-)
 from pipeline.report.glance import diagnosis_glance
 from pipeline.report.numbers import plural
 from pipeline.report.page import Labels, Page
@@ -34,7 +24,7 @@ def diagnosis_page(
 ) -> str:
     """Return the page as HTML text; `files` are links to those of the diagnosis, as `crumbs`."""
     ranking = ranking_section(record)
-    bench = of_bench(record)
+    bench = words.of_bench(record)
     picture = None if bench else finding_figure(finding_of(record))
     if picture is None:
         picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
@@ -44,7 +34,7 @@ def diagnosis_page(
     counted = plural(count, "mooring table") if bench else plural(count, "run")
     return Page(
         title=f"Diagnosis of {as_it_is(record.vehicle)}",
-        under=(f"{counted}: {identifiers(record.runs)}",),
+        under=(f"{counted}: {words.identifiers(record.runs)}",),
         sections=(
             ranking,
             shrink_section(record),
@@ -80,10 +70,10 @@ def bench_glance(record: DiagnosisRecord) -> Glance:
         light = "green"
     elif verdict.effects != ("unknown",) and not verdict.ambiguous_with:
         light = "red"
-    sentence = verdict_sentence(verdict)
+    sentence = words.verdict_sentence(verdict)
     # the engine says it, if it wrote the sentence as it should
     if "probability" not in sentence:
-        sentence += f" Probability {probability_text(verdict.probability)}."
+        sentence += f" Probability {words.probability_text(verdict.probability)}."
     look = what_to_look_at(finding_of(record))
     return Glance(
         light=light,
@@ -99,22 +89,24 @@ def _bench_facts(record: DiagnosisRecord) -> list[str]:
     if record.verdict.detail.thruster:
         lines.append(f"Thruster: {record.verdict.detail.thruster}.")
     if shrink.gap_closed is not None and record.verdict.effects not in {("none",), ("unknown",)}:
-        closed = f"{closed_text(shrink.gap_closed)} of the gap{closed_interval(shrink.ci95)}"
+        closed = (
+            f"{words.closed_text(shrink.gap_closed)} of the gap{words.closed_interval(shrink.ci95)}"
+        )
         before, after = over_floor(shrink)
         lines.append(
             f"On data that were not used for the fit it closes {closed}: from {before} to {after} "
             "times what a sound vehicle leaves."
         )
     if record.next_run is not None:
-        lines.append(f"Next: measure {said(record.next_run.manoeuvre.replace('_', ' '))}.")
+        lines.append(f"Next: measure {words.said(record.next_run.manoeuvre.replace('_', ' '))}.")
     return lines
 
 
 def diagnosis_line(record: DiagnosisRecord) -> str:
     """Say in one line what a list of diagnoses says of this one."""
-    effects = listed([in_words(name) for name in record.verdict.effects])
-    text = f"{effects} ({probability_text(record.verdict.probability)})"
+    effects = words.listed([words.in_words(name) for name in record.verdict.effects])
+    text = f"{effects} ({words.probability_text(record.verdict.probability)})"
     if record.verdict.ambiguous_with:
-        others = listed([in_words(name) for name in record.verdict.ambiguous_with])
+        others = words.listed([words.in_words(name) for name in record.verdict.ambiguous_with])
         text += f", not to be told from {others}"
-    return f"{text}; {identifiers(record.runs)}"
+    return f"{text}; {words.identifiers(record.runs)}"

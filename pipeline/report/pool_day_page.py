@@ -14,9 +14,9 @@ from pipeline.report.blocks import (
     Bullets,
     Figure,
     Links,
-    Paragraph,
     Section,
     Table,
+    Text,
     chapter,
     fold,
 )
@@ -124,7 +124,7 @@ def _runs(record: PoolDay) -> Blocks:
 @chapter("promises", "What it promises")
 def _promises(record: PoolDay) -> Blocks:
     shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
-    yield Paragraph(
+    yield Text(
         f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of the "
         f"same length would shrink it to {shares[1]}."
     )

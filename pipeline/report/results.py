@@ -7,35 +7,16 @@ from typing import TypeVar
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Problem
+from pipeline.records import fits, measurements
+from pipeline.records import trial as trial_records
 from pipeline.records.allocation import AllocationMap
 from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.file_change import AppliedChange
-from pipeline.records.fits import (
-    Check,
-    DriveFit,
-    InverseCharacteristic,
-    PropellerFit,
-    StaticCharacteristic,
-)
 from pipeline.records.gains import PooledGain
 from pipeline.records.glance import Glance
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.manoeuvre import ManoeuvreFound
-from pipeline.records.measurements import (
-    LoadTestRecord,
-    MooringPoint,
-    MooringRecord,
-    OpenWaterRecord,
-)
 from pipeline.records.run_table import RunTable
-from pipeline.records.trial import (
-    DayTables,
-    PageReceipt,
-    RunTrial,
-    SpeedChange,
-    StoredRun,
-    TrialDay,
-)
 from pipeline.records.validation import AllocatorValidation
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply
@@ -75,13 +56,13 @@ class VehicleResults:
 
     vehicle: Vehicle
     notes: tuple[str, ...] = ()
-    load_test: LoadTestRecord | None = None
-    mooring: MooringRecord | None = None
-    open_water: OpenWaterRecord | None = None
-    propeller: PropellerFit | None = None
-    drive: DriveFit | None = None
-    static: StaticCharacteristic | None = None
-    inverse: InverseCharacteristic | None = None
+    load_test: measurements.LoadTestRecord | None = None
+    mooring: measurements.MooringRecord | None = None
+    open_water: measurements.OpenWaterRecord | None = None
+    propeller: fits.PropellerFit | None = None
+    drive: fits.DriveFit | None = None
+    static: fits.StaticCharacteristic | None = None
+    inverse: fits.InverseCharacteristic | None = None
     allocation: AllocationMap | None = None
     validation: AllocatorValidation | None = None
     missing: dict[str, str] = field(default_factory=dict)
@@ -119,14 +100,14 @@ def by_severity(problems: Sequence[Problem]) -> tuple[Problem, ...]:
     return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
 
 
-def all_checks(results: VehicleResults) -> tuple[tuple[str, Check], ...]:
+def all_checks(results: VehicleResults) -> tuple[tuple[str, fits.Check], ...]:
     """Collect the checks of all fits, each with the title of its stage."""
     stages = ("propeller", "drive", "static", "inverse")
     fits = ((STAGE_TITLES[name], getattr(results, name)) for name in stages)
     return tuple((title, check) for title, fit in fits if fit is not None for check in fit.checks)
 
 
-def mooring_points_of_tables(results: VehicleResults) -> tuple[MooringPoint, ...]:
+def mooring_points_of_tables(results: VehicleResults) -> tuple[measurements.MooringPoint, ...]:
     """Usable mooring points at the supply voltage that the tables are for."""
     if results.mooring is None:
         return ()
@@ -173,10 +154,10 @@ class RunResults:
     vehicle_name: str
     run: str
     shown_path: str
-    stored: StoredRun | None = None
+    stored: trial_records.StoredRun | None = None
     why_not_read: str = ""
     problems: tuple[Problem, ...] = ()
-    trial: RunTrial | None = None
+    trial: trial_records.RunTrial | None = None
     measured: RunTable | None = None
     windows: RunTable | None = None
     free: RunTable | None = None
@@ -218,20 +199,22 @@ class DayResults:
 
     vehicle: Vehicle
     day: str
-    trial: TrialDay
-    earlier: Mapping[str, TrialDay] = field(default_factory=dict)
-    runs: tuple[PageReceipt, ...] = ()
+    trial: trial_records.TrialDay
+    earlier: Mapping[str, trial_records.TrialDay] = field(default_factory=dict)
+    runs: tuple[trial_records.PageReceipt, ...] = ()
     links: Mapping[str, str] = field(default_factory=dict)
     compared: tuple[PooledGain, ...] = ()
     """The day's gains against those of the last sound day before."""
-    tables: DayTables | None = None
-    tables_before: DayTables | None = None
+    tables: trial_records.DayTables | None = None
+    tables_before: trial_records.DayTables | None = None
     glance: Glance | None = None
     diagnosis: DayDiagnosis | None = None
     provenance: dict[str, str] = field(default_factory=dict)
 
 
-def table_changes(before: DayTables, now: DayTables) -> tuple[SpeedChange, ...]:
+def table_changes(
+    before: trial_records.DayTables, now: trial_records.DayTables
+) -> tuple[trial_records.SpeedChange, ...]:
     """Compare the codes of two days, speed by speed, over the thrusts that both reach."""
     found = []
     thrust = np.array(now.thrust_n)
@@ -250,7 +233,7 @@ def table_changes(before: DayTables, now: DayTables) -> tuple[SpeedChange, ...]:
             continue
         worst = int(np.nanargmax(gap))
         found.append(
-            SpeedChange(
+            trial_records.SpeedChange(
                 speed_mps=speed,
                 largest_codes=float(gap[worst]),
                 at_thrust_n=float(thrust[worst]),

@@ -6,7 +6,7 @@ from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
 from pipeline.report.blocks import Gallery, fold
 from pipeline.report.numbers import fixed
-from pipeline.report.page import Labels, Page
+from pipeline.report.page import Labels, Page, Status
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import RunResults
 from pipeline.report.sections.gains import run_gains_section
@@ -19,7 +19,6 @@ from pipeline.report.sections.run_health import (
     run_warnings_section,
 )
 from pipeline.report.sections.tables import data_section
-from pipeline.report.site import Status
 from pipeline.report.track import track_figure
 
 

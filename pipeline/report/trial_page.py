@@ -13,8 +13,8 @@ from pipeline.report.blocks import (
     Details,
     Figure,
     Links,
-    Paragraph,
     Table,
+    Text,
     chapter,
     fold,
 )
@@ -128,13 +128,13 @@ def _warnings(results: DayResults) -> Blocks:
     errors = ", ".join(as_it_is(run.name) for run in results.runs if run.errors)
     warned = [f"{as_it_is(run.name)} ({run.warnings})" for run in results.runs if run.warnings]
     if errors:
-        yield Paragraph(f"Runs with errors: {errors}. See their pages.", tone="error")
+        yield Text(f"Runs with errors: {errors}. See their pages.", tone="error")
     for text in texts:
-        yield Paragraph(text, tone="warning")
+        yield Text(text, tone="warning")
     if warned:
-        yield Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}.")
+        yield Text(f"Warnings on the pages of single runs: {', '.join(warned)}.")
     if not (errors or texts or warned):
-        yield Paragraph("No warnings.")
+        yield Text("No warnings.")
 
 
 @chapter("runs", "Runs of the day")
@@ -153,9 +153,9 @@ def _runs(results: DayResults) -> Blocks:
 def _fit(results: DayResults) -> Blocks:
     trial, fit = results.trial, results.trial.identification
     if fit is not None and not fit.converged:
-        yield Paragraph(_UNSETTLED, tone="warning")
+        yield Text(_UNSETTLED, tone="warning")
     elif fit is not None:
-        none = Paragraph("These runs determine none of the parameters.")
+        none = Text("These runs determine none of the parameters.")
         yield _parameters(results, *_latest(results)) if _identified(trial) else none
         if fit.cannot_identify:
             silent = f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing"
@@ -245,20 +245,20 @@ def _tables(results: DayResults) -> Blocks:
         reason = now.why_not if now is not None else "they were not kept."
         raise CannotComputeError(f"there are no tables: {reason}")
     if before is None or before.why_not:
-        yield Paragraph(
+        yield Text(
             "No tables of an earlier trial day are on record; the history begins with these."
         )
         return
     if before.tables_sha256 == now.tables_sha256:
-        yield Paragraph(f"The tables are those of {before.day}: not one code differs.")
+        yield Text(f"The tables are those of {before.day}: not one code differs.")
         return
     changes = table_changes(before, now)
     if not changes:
         text = f"The tables of {before.day} and of this day have no thrust in common."
-        yield Paragraph(text, tone="warning")
+        yield Text(text, tone="warning")
         return
     worst = max(changes, key=lambda one: one.largest_codes)
-    yield Paragraph(
+    yield Text(
         f"Since {before.day} codes changed by up to {general(worst.largest_codes, 2)}, at "
         f"{fixed(worst.at_thrust_n, 1)} N and {speed(worst.speed_mps)} m/s."
         if worst.largest_codes >= ALIKE_CODES

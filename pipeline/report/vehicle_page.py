@@ -5,20 +5,17 @@ from pipeline.report.bench_results import thrust_figure, vehicle_glance
 from pipeline.report.blocks import fold
 from pipeline.report.page import Page
 from pipeline.report.results import VehicleResults
-from pipeline.report.sections.allocation import allocation_section
+from pipeline.report.sections.allocation import allocation_section, validation_section
 from pipeline.report.sections.closing import changes_section, firmware_section, outliers_section
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section
 from pipeline.report.sections.gap import gap_section
-from pipeline.report.sections.inputs import inputs_section
+from pipeline.report.sections.inputs import inputs_section, warnings_section
 from pipeline.report.sections.inverse import inverse_section
-from pipeline.report.sections.propeller import propeller_section
+from pipeline.report.sections.propeller import propeller_section, working_points_section
 from pipeline.report.sections.static import static_section
 from pipeline.report.sections.tables import data_section
 from pipeline.report.sections.trials import trials_section
-from pipeline.report.sections.validation import validation_section
-from pipeline.report.sections.warnings import warnings_section
-from pipeline.report.sections.working_points import working_points_section
 
 __all__ = ["VehicleResults", "vehicle_page"]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
 from pipeline.report.html import safe_link
+from pipeline.report.page import IndexEntry, Status, write_index
 from pipeline.report.results import TrialDayLink
-from pipeline.report.site import IndexEntry, Status, write_index
 from pipeline.stages.design_links import design_links
 from pipeline.stages.diagnosis_links import diagnosis_links
 from pipeline.stages.job import Job

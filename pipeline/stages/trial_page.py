@@ -12,10 +12,9 @@ from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
 from pipeline.report.html import address_from, placed, write_page
 from pipeline.report.numbers import plural
-from pipeline.report.page import with_glance
+from pipeline.report.page import Status, with_glance
 from pipeline.report.results import DayResults
 from pipeline.report.sections.diagnosis_curves import finding_figure
-from pipeline.report.site import Status
 from pipeline.report.trial_page import day_counts, day_page
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance

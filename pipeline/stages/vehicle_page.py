@@ -21,9 +21,9 @@ from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.records.validation import AllocatorValidation
 from pipeline.report.bench_results import bench_line
 from pipeline.report.html import address_from, placed, safe_link, write_page
+from pipeline.report.page import index_entry
 from pipeline.report.results import TrialDayLink
 from pipeline.report.sections.trials import has_trend
-from pipeline.report.site import index_entry
 from pipeline.report.vehicle_page import VehicleResults, vehicle_page
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance

@@ -13,9 +13,9 @@ from pipeline.records.glance import Advice, Glance
 from pipeline.report.design_page import design_page
 from pipeline.report.diagnosis_page import diagnosis_page
 from pipeline.report.html import placed, write_page
+from pipeline.report.page import index_entry, write_index
 from pipeline.report.results import DayResults, TrialDayLink, VehicleResults
 from pipeline.report.run_page import run_page
-from pipeline.report.site import index_entry, write_index
 from pipeline.report.trial_page import day_page
 from pipeline.report.vehicle_page import vehicle_page
 

@@ -13,7 +13,7 @@ from pipeline.provenance import Envelope, read_envelope, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.validation import AllocatorValidation
 from pipeline.report.results import VehicleResults, missing_reasons
-from pipeline.report.sections.validation import validation_section
+from pipeline.report.sections.allocation import validation_section
 from pipeline.stages import validation
 from pipeline.stages.job import Job
 from pipeline.validate import plan

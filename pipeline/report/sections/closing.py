@@ -4,7 +4,7 @@ from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
-from pipeline.report.blocks import Blocks, Links, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Links, Table, Text, chapter
 from pipeline.report.html import safe_link
 from pipeline.report.numbers import fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
@@ -20,7 +20,7 @@ def outliers_section(results: VehicleResults) -> Blocks:
     found = [(name, own, one) for name, own in fitted.items() for one in own.outliers]
     if not found:
         none = "No fit named an outlier."
-        yield Paragraph(none if fitted else "Nothing was fitted, so no outlier could be named.")
+        yield Text(none if fitted else "Nothing was fitted, so no outlier could be named.")
         return
     yield Table.of(
         "Outliers: points that were not fitted",
@@ -65,7 +65,7 @@ def firmware_section(results: VehicleResults) -> Blocks:
             if fastest > 0
             else "rest only, at any speed the same"
         )
-        yield Paragraph(
+        yield Text(
             f"The tables cover codes {firmware.code_min} to {firmware.code_max} and {covered}; "
             f"thrust up to {fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} "
             "N in reverse at rest. Inputs beyond are clamped."

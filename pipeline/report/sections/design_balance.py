@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.records.design import BalanceDesign
 from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
-from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Table, Text, chapter
 from pipeline.report.numbers import fixed, general, speed, use_of_limit
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
@@ -19,7 +19,7 @@ _MOST_USE = 2.0
 @chapter("state", "Angle of attack and thruster loads")
 def state_section(found: BalanceDesign) -> Blocks:
     """Show the steady state, and what each thruster carries in it."""
-    yield Paragraph(
+    yield Text(
         f"{speed(found.speed_mps)} m/s, residual buoyancy "
         f"{general(found.residual_buoyancy_n)} N upwards, stern thrusters at "
         f"{general(found.angle_deg)} deg. Steady and level, eq. (1) of Kostenko 2017 is three "
@@ -53,7 +53,7 @@ def state_section(found: BalanceDesign) -> Blocks:
     if power is not None:
         turns = "" if rpm is None else f" at {fixed(rpm, 0)} rpm by eq. (11), an advance ratio of 1"
         form = "exact form" if found.small_angle is None else "small-angle form"
-        yield Paragraph(
+        yield Text(
             f"Drive of the most loaded thruster in the {form}: {fixed(power, 0)} W by eq. (10)"
             f"{turns}."
         )
@@ -78,7 +78,7 @@ def state_section(found: BalanceDesign) -> Blocks:
 @chapter("readings", "The surge force, read in several ways")
 def readings_section(found: BalanceDesign) -> Blocks:
     """Show what each reading of the paper's signs gives."""
-    yield Paragraph(
+    yield Text(
         "(8) has T_y alpha with another sign than the first line of (6); both are "
         "small terms. The exact form needs no such choice and is the one that counts."
         if found.small_angle is not None
@@ -95,7 +95,7 @@ def readings_section(found: BalanceDesign) -> Blocks:
 @chapter("envelope", "Envelope, and which thruster saturates first")
 def envelope_section(found: BalanceDesign) -> Blocks:
     """Show how loads and their limit go with speed, buoyancy and the thrusters' angle."""
-    yield Paragraph(
+    yield Text(
         f"Limit: {found.limit_kind}. One quantity is changed alone:"
         if found.saturation
         else "No limit of a thruster is stated and no vehicle with bench tables is named, so "

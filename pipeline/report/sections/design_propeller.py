@@ -4,7 +4,7 @@ import numpy as np
 
 from pipeline.records.design import PropellerDesign, PropellerPoint
 from pipeline.report import plotting
-from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Bullets, Figure, Gallery, Table, Text, chapter
 from pipeline.report.numbers import fixed, general
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
@@ -17,7 +17,7 @@ def _points(found: PropellerDesign) -> tuple[PropellerPoint, ...]:
 def ranked_section(found: PropellerDesign) -> Blocks:
     """Show what is required, the propellers that give it, and the best of them at work."""
     points, best = _points(found), found.ranked[0]
-    yield Paragraph(
+    yield Text(
         f"Required: {general(found.thrust_n)} N at an advance speed of "
         f"{general(found.advance_speed_mps)} m/s in water of "
         f"{general(found.density_kgpm3, 4)} kg/m^3. Drive: {found.drive}. For each number of "
@@ -39,7 +39,7 @@ def ranked_section(found: PropellerDesign) -> Blocks:
     notes = tuple(dict.fromkeys(note for point in points for note in point.notes))
     yield Bullets(notes) if notes else None
     if best.full_power_thrust_n is not None and best.full_power_shaft_speed_rpm is not None:
-        yield Paragraph(
+        yield Text(
             f"With all that the drive has, {best.label} turns at "
             f"{fixed(best.full_power_shaft_speed_rpm, 0)} rpm and gives "
             f"{fixed(best.full_power_thrust_n, 1)} N."
@@ -49,7 +49,7 @@ def ranked_section(found: PropellerDesign) -> Blocks:
 @chapter("cavitation", "Cavitation and Reynolds number")
 def cavitation_section(found: PropellerDesign) -> Blocks:
     """Show by two criteria which propellers cavitate."""
-    yield Paragraph(
+    yield Text(
         "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. "
         "Burrill: the loading of the projected area must stay below the line of 5 % back "
         "cavitation."

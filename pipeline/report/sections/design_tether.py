@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesign
 from pipeline.report import plotting
-from pipeline.report.blocks import Blocks, Details, Figure, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Details, Figure, Table, Text, chapter
 from pipeline.report.numbers import fixed, general, use_of_limit
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
@@ -26,7 +26,7 @@ def pull_section(found: TetherDesign) -> Blocks:
         f"({', '.join(general(v) for v in values)})"
         for values in (found.vehicle_velocity_mps, found.current_mps)
     )
-    yield Paragraph(
+    yield Text(
         f"{general(found.length_m)} m of cable, vehicle {general(found.radius_m)} m from the "
         f"garage's vertical and {general(abs(found.height_m))} m "
         f"{'below' if found.height_m < 0 else 'above'} it, own velocity "
@@ -35,12 +35,12 @@ def pull_section(found: TetherDesign) -> Blocks:
         "starboard."
     )
     yield _pull_figure(found)
-    yield Paragraph(_FLOWS) if len(found.variants) > 1 else None
+    yield Text(_FLOWS) if len(found.variants) > 1 else None
     for one in found.variants:
         chosen, name = one.variant == found.variant, f"The same with the flow '{one.variant}'"
         yield _edge(one) if chosen else Details(name, (_edge(one),))
     if found.equivalent is not None:
-        yield Paragraph(f"In simulation: {found.equivalent.text}")
+        yield Text(f"In simulation: {found.equivalent.text}")
     yield _shapes_figure(found)
 
 
@@ -100,7 +100,7 @@ def needs_section(found: TetherDesign) -> Blocks:
 def held_section(held: HeldFootprint) -> Blocks:
     """Show how far from the garage a vehicle holds its place."""
     ahead, astern, up, down, starboard, port = (fixed(n, 0) for n in held.largest_force_n)
-    yield Paragraph(
+    yield Text(
         f"Largest thrust at rest without turning: {ahead} N ahead, {astern} N astern, {up} N up, "
         f"{down} N down, {starboard} N to starboard and {port} N to port. Roll and pitch are left "
         "to weight and buoyancy."

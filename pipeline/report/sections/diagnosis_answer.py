@@ -2,22 +2,10 @@
 
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord, Leftover, RankedEffect
+from pipeline.report import diagnosis_words as words
 from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
-from pipeline.report.blocks import Blocks, Bullets, Details, Paragraph, Table, chapter
-from pipeline.report.diagnosis_words import (
-    REGRESSORS,
-    beside,
-    capital,
-    closed_text,
-    in_words,
-    listed,
-    of_bench,
-    parameter_words,
-    probability_text,
-    said,
-    what_it_is,
-)
+from pipeline.report.blocks import Blocks, Bullets, Details, Table, Text, chapter
 from pipeline.report.numbers import general, plural
 
 #: Answers shown in the open: so many, or as many as are this probable.
@@ -33,14 +21,14 @@ def notes_section(record: DiagnosisRecord) -> Blocks:
     """Say what must be known before the answer is used."""
     # the engine may have said it
     said = any("no healthy runs" in note.lower() for note in record.notes)
-    if not record.evidence.healthy_runs and not said and not of_bench(record):
-        yield Paragraph(
+    if not record.evidence.healthy_runs and not said and not words.of_bench(record):
+        yield Text(
             "No sound runs were given: what a sound vehicle leaves was taken from the "
             "uncertainties and sensor figures of the vehicle file, and the answer rests on "
             "them. --healthy RUN gives measured ones.",
             tone="note",
         )
-    none = Paragraph("No further remarks on these data.")
+    none = Text("No further remarks on these data.")
     yield Bullets(record.notes) if record.notes else none
 
 
@@ -55,16 +43,17 @@ def ranking_section(record: DiagnosisRecord) -> Blocks:
             _words(one),
             100 * one.probability,
             colour=_tone(one, record, (plotting.BLUE, plotting.ORANGE, "#b9c2cc")),
-            text=probability_text(one.probability),
+            text=words.probability_text(one.probability),
         )
         for one in ranking[:MOST_DRAWN]
     ]
-    text = f"{_words(ranking[0])} is the most probable, {probability_text(ranking[0].probability)}"
+    told = [(_words(one), words.probability_text(one.probability)) for one in ranking[:2]]
+    text = f"{told[0][0]} is the most probable, {told[0][1]}"
     if len(ranking) > 1:
-        text += f"; next {_words(ranking[1])}, {probability_text(ranking[1].probability)}"
+        text += f"; next {told[1][0]}, {told[1][1]}"
     yield bars_figure(
         "fig-ranking",
-        f"{capital(text)}.",
+        f"{words.capital(text)}.",
         "Blue: the verdict. Orange: what these data cannot tell from it.",
         bars,
         x_label="probability  [%]",
@@ -74,7 +63,7 @@ def ranking_section(record: DiagnosisRecord) -> Blocks:
     yield _table("Answers, the most probable first", ranking[:shown], record)
     rest = ranking[shown:]
     if rest:
-        most = probability_text(rest[0].probability).removeprefix("<").strip()
+        most = words.probability_text(rest[0].probability).removeprefix("<").strip()
         summary = f"{plural(len(rest), 'more answer')}, none above {most}"
         yield Details(summary, (_table("The other answers", rest, record),))
 
@@ -83,25 +72,25 @@ def _tone(one: RankedEffect, record: DiagnosisRecord, tones: tuple[str, str, str
     """Choose for the verdict, for what cannot be told from it, and for the rest."""
     if set(one.effect.split("+")) == set(record.verdict.effects):
         return tones[0]
-    return tones[1] if beside(record.verdict, one.effect) else tones[2]
+    return tones[1] if words.beside(record.verdict, one.effect) else tones[2]
 
 
 def _words(one: RankedEffect) -> str:
-    return listed([said(in_words(name)) for name in one.effect.split("+")])
+    return words.listed([words.said(words.in_words(name)) for name in one.effect.split("+")])
 
 
 def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -> Table:
     def cells(one: RankedEffect) -> dict[str, str]:
         place = list(dict.fromkeys(one.thrusters.values()))
-        place += [listed(one.axes)] if one.axes else []
+        place += [words.listed(one.axes)] if one.axes else []
         where = f" ({'; '.join(place)})" if place else ""
-        values = (parameter_words(name, value) for name, value in one.parameters.items())
+        values = (words.parameter_words(name, value) for name, value in one.parameters.items())
         return {
             "Answer": _words(one),
-            "What it is": f"{what_it_is(one.effect)}{where}",
-            "Probability": probability_text(one.probability),
+            "What it is": f"{words.what_it_is(one.effect)}{where}",
+            "Probability": words.probability_text(one.probability),
             "Values with 95 % intervals": "; ".join(f"{w} ({ends})" for w, ends in values) or "–",
-            "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
+            "Gap closed": "–" if one.gap_closed is None else words.closed_text(one.gap_closed),
         }
 
     return Table.of(
@@ -114,13 +103,13 @@ def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -
     )
 
 
-@chapter("next", lambda of: "What to measure next" if of_bench(of) else "What to fly next")
+@chapter("next", lambda of: "What to measure next" if words.of_bench(of) else "What to fly next")
 def next_section(record: DiagnosisRecord) -> Blocks:
     """Say what to fly next, and what is left."""
-    bench = of_bench(record)
+    bench = words.of_bench(record)
     following, unknown = record.next_run, "unknown" in record.verdict.effects
     if following is not None:
-        first, second = (in_words(name) for name in following.separates)
+        first, second = (words.in_words(name) for name in following.separates)
         manoeuvre = following.manoeuvre.replace("_", " ")
         what = (
             f"Measure {manoeuvre}: it shows"
@@ -128,21 +117,21 @@ def next_section(record: DiagnosisRecord) -> Blocks:
             else f"Fly {manoeuvre}: of the manoeuvres that the vehicle can fly it shows best"
         )
         sigma = general(following.expected_separation_sigma, 2)
-        yield Paragraph(
+        yield Text(
             f"{what} the difference between {first} and {second}, by {sigma} standard deviations."
         )
         if following.expected_separation_sigma < _CLEAR:
-            yield Paragraph("That is little: repeat it, or take more readings.")
+            yield Text("That is little: repeat it, or take more readings.")
     elif not unknown:
-        yield Paragraph("Nothing more is needed to tell the answer from another one.")
+        yield Text("Nothing more is needed to tell the answer from another one.")
     if unknown:
         course = "What is left" if bench else "Time course"
-        yield Paragraph(_dependence(record))
-        yield Paragraph(f"{course}: {record.leftover.time_course}.")
+        yield Text(_dependence(record))
+        yield Text(f"{course}: {record.leftover.time_course}.")
 
 
 def _dependence(record: DiagnosisRecord) -> str:
-    left, bench = record.leftover, of_bench(record)
+    left, bench = record.leftover, words.of_bench(record)
     if left.depends_on is None:
         return (
             "The thrust that is left goes neither with the code nor with its size."
@@ -150,7 +139,7 @@ def _dependence(record: DiagnosisRecord) -> str:
             else f"The force that is left lies mostly in {left.worst_axis} and goes with none of "
             "the quantities that were measured."
         )
-    name = REGRESSORS.get(left.depends_on, left.depends_on)
+    name = words.REGRESSORS.get(left.depends_on, left.depends_on)
     return (
         f"The thrust that is left goes with the {name}{correlated(left)}."
         if bench

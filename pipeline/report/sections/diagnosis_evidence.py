@@ -5,16 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from pipeline.records.diagnosis import ChannelNoiseCheck, DiagnosisRecord
-from pipeline.report.blocks import Blocks, Bullets, Details, Paragraph, Table, chapter
-from pipeline.report.diagnosis_words import (
-    REGRESSORS,
-    identifiers,
-    in_words,
-    listed,
-    of_bench,
-    said,
-    verdict_sentence,
-)
+from pipeline.report import diagnosis_words as words
+from pipeline.report.blocks import Blocks, Bullets, Details, Table, Text, chapter
 from pipeline.report.numbers import general, plural
 from pipeline.report.sections.diagnosis_answer import correlated
 
@@ -41,18 +33,18 @@ def evidence_section(record: DiagnosisRecord) -> Blocks:
     stages = record.evidence.stages
     order = {name: place for place, name in enumerate(_STAGES)}
     answers = [
-        f"{said(_STAGES.get(name, name))} {said(stages[name])}"
+        f"{words.said(_STAGES.get(name, name))} {words.said(stages[name])}"
         for name in sorted(stages, key=lambda one: (order.get(one, len(order)), one))
     ]
-    yield Paragraph(verdict_sentence(record.verdict))
+    yield Text(words.verdict_sentence(record.verdict))
     yield Bullets(tuple(answers))
     yield from _noise(record.evidence.noise)
     yield Bullets(tuple(_facts(record)))
     yield _leftover(record)
-    yield Paragraph(
+    yield Text(
         "The method, its assumptions, when to distrust it and how often it is right: "
         "docs/diagnosis_bench.md."
-        if of_bench(record)
+        if words.of_bench(record)
         else "The method, its assumptions and when to distrust it: docs/diagnosis.md. How "
         "often it is right, measured on cases with sealed labels: docs/blind_check.md.",
         tone="note",
@@ -62,7 +54,7 @@ def evidence_section(record: DiagnosisRecord) -> Blocks:
 def _facts(record: DiagnosisRecord) -> Iterator[str]:
     """Say what the evidence is made of, and what it rests on."""
     evidence = record.evidence
-    if of_bench(record):
+    if words.of_bench(record):
         yield f"Evidence of {plural(evidence.readings, 'reading')}, averaged by code."
     else:
         yield (
@@ -70,9 +62,9 @@ def _facts(record: DiagnosisRecord) -> Iterator[str]:
             f"s each, with {evidence.readings} readings in all; linearisations of the model: "
             f"{evidence.linearisations}."
         )
+        healthy = words.identifiers(evidence.healthy_runs)
         yield (
-            f"What a sound vehicle leaves was learned from {identifiers(evidence.healthy_runs)}, "
-            "and then frozen."
+            f"What a sound vehicle leaves was learned from {healthy}, and then frozen."
             if evidence.healthy_runs
             else "What a sound vehicle leaves is drawn from the uncertainties and sensor figures "
             "of the vehicle file; no sound run was given."
@@ -93,11 +85,13 @@ def white(check: ChannelNoiseCheck) -> bool:
 
 def _noise(noise: dict[str, ChannelNoiseCheck]) -> Blocks:
     if not noise:
-        yield Paragraph("The noise of the readings was not checked.", tone="warning")
+        yield Text("The noise of the readings was not checked.", tone="warning")
         return
-    odd = listed([name.replace("_", " ") for name, check in noise.items() if not white(check)])
+    odd = words.listed(
+        [name.replace("_", " ") for name, check in noise.items() if not white(check)]
+    )
     widened = max(check.widened_by for check in noise.values()) >= _WIDENED
-    yield Paragraph(
+    yield Text(
         "The readings scatter about the best model as the noise model says, so they count in full."
         if not odd
         else f"The noise model does not fit {odd}: the table says how, and how much wider the "
@@ -116,21 +110,20 @@ def _noise(noise: dict[str, ChannelNoiseCheck]) -> Blocks:
     )
 
 
-def _leftover(record: DiagnosisRecord) -> Paragraph | None:
+def _leftover(record: DiagnosisRecord) -> Text | None:
     left = record.leftover
     if not left.axes:
         return None
     # which axis is the largest of ordinary ones, and what it goes with, is chance
-    if not of_bench(record) and max(left.axes.values()) <= _ORDINARY:
+    if not words.of_bench(record) and max(left.axes.values()) <= _ORDINARY:
         text = "What the answer leaves is ordinary: on no axis more than on a sound vehicle."
-        return Paragraph(text)
+        return Text(text)
     depends = ""
     if left.depends_on is not None:
-        depends = (
-            f" It goes with {REGRESSORS.get(left.depends_on, left.depends_on)}{correlated(left)}."
-        )
+        name = words.REGRESSORS.get(left.depends_on, left.depends_on)
+        depends = f" It goes with {name}{correlated(left)}."
     course = left.time_course.rstrip(".")
-    return Paragraph(f"What the answer leaves: mostly {left.worst_axis}, {course}.{depends}")
+    return Text(f"What the answer leaves: mostly {left.worst_axis}, {course}.{depends}")
 
 
 @chapter("confusable", "What cannot be told apart")
@@ -138,9 +131,9 @@ def confusable_section(record: DiagnosisRecord) -> Blocks:
     """Name the effects that these runs cannot separate, known before the verdict."""
     pairs = sorted(record.confusable, key=lambda pair: -pair[2])
     if not pairs:
-        yield Paragraph("Every two candidates leave traces of their own in these runs.")
+        yield Text("Every two candidates leave traces of their own in these runs.")
         return
-    found = [(in_words(a), in_words(b), angle_deg(cosine)) for a, b, cosine in pairs]
+    found = [(words.in_words(a), words.in_words(b), angle_deg(cosine)) for a, b, cosine in pairs]
     table = Table.of(
         "Closest pairs of effects",
         found,
@@ -149,7 +142,7 @@ def confusable_section(record: DiagnosisRecord) -> Blocks:
         note="Angle between what the two effects do to the readings, after everything that is "
         "ordinary has been taken away: 0 means the same trace, 90 nothing in common.",
     )
-    yield Paragraph(
+    yield Text(
         f"Known from the runs alone, before the verdict. Marked: closer than {ONE_ANSWER_DEG:g} "
         "degrees, one answer unless the verdict names a thruster, axis or size that tells them "
         "apart."

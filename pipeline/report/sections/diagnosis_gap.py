@@ -3,16 +3,9 @@
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
-from pipeline.report.blocks import Blocks, Details, Gallery, Paragraph, Table, chapter
+from pipeline.report import diagnosis_words as words
+from pipeline.report.blocks import Blocks, Details, Gallery, Table, Text, chapter
 from pipeline.report.channels import channel_name, in_order, shown_unit, symbol
-from pipeline.report.diagnosis_words import (
-    capital,
-    closed_interval,
-    closed_text,
-    of_bench,
-    ratio_text,
-    regime_name,
-)
 from pipeline.report.numbers import MINUS, fixed, general, percent, plural
 from pipeline.report.sections.diagnosis_curves import curves_in_order, resolution, run_figure
 
@@ -43,10 +36,10 @@ def gap_section(record: DiagnosisRecord) -> Blocks:
             "Error, rms": general(factor * one.rmse, 3),
             "Sensor noise": general(factor * one.sensor_floor, 2),
             "A sound vehicle leaves": general(factor * one.healthy_floor, 2),
-            "Ratio": ratio_text(one.ratio),
+            "Ratio": words.ratio_text(one.ratio),
         }
 
-    yield Paragraph(gap_lead(record))
+    yield Text(gap_lead(record))
     yield Table.of(
         "Error of the prediction, and what is ordinary",
         names,
@@ -62,7 +55,7 @@ def gap_section(record: DiagnosisRecord) -> Blocks:
         rows,
         lambda row: {
             "Readings": row[0],
-            **{symbol(o): ratio_text(row[1][o]) if o in row[1] else "–" for o in names},
+            **{symbol(o): words.ratio_text(row[1][o]) if o in row[1] else "–" for o in names},
         },
         cell_classes={
             (i, j): next(shade for least, shade in _SHADES if ratios[name] >= least)
@@ -94,7 +87,7 @@ def map_rows(record: DiagnosisRecord) -> list[tuple[str, dict[str, float]]]:
         if own:
             rows.append((label, own))
     rows += [
-        (regime_name(one.regressor, one.unit, one.range), dict(one.ratios))
+        (words.regime_name(one.regressor, one.unit, one.range), dict(one.ratios))
         for one in record.gap.by_regime
     ]
     return rows
@@ -104,7 +97,7 @@ def gap_lead(record: DiagnosisRecord) -> str:
     """Say where the gap is largest, and which regime carries it."""
     channels = record.gap.channels
     worst = max(channels, key=lambda name: channels[name].ratio)
-    ratio = ratio_text(channels[worst].ratio)
+    ratio = words.ratio_text(channels[worst].ratio)
     named, verdict = record.gap.where.channels, record.verdict
     if not named or verdict.effects == ("none",):
         text = (
@@ -120,45 +113,45 @@ def gap_lead(record: DiagnosisRecord) -> str:
         first = record.gap.where.regimes[0]
         text += (
             f"; {percent(first.share)} of the gap lies at "
-            f"{regime_name(first.regressor, first.unit, first.range)}, in "
-            f"{percent(first.share_of_time)} of the {'codes' if of_bench(record) else 'time'}"
+            f"{words.regime_name(first.regressor, first.unit, first.range)}, in "
+            f"{percent(first.share_of_time)} of the {'codes' if words.of_bench(record) else 'time'}"
         )
         if first.correlation is not None:
             text += f" (rank correlation {fixed(first.correlation, 2)})"
         if first.share < _HARDLY_MORE * first.share_of_time:
             text += ": hardly more than elsewhere"
-    return f"{capital(text)}."
+    return f"{words.capital(text)}."
 
 
 @chapter("shrink", "Before and after")
 def shrink_section(record: DiagnosisRecord) -> Blocks:
     """Show what the answer takes away, in figures and over time."""
-    yield Paragraph(_said(record))
+    yield Text(_said(record))
     yield _shrink_table(record)
     every = curves_in_order(record)
     if not every:
-        yield Paragraph("No curves were kept with this diagnosis.", tone="note")
+        yield Text("No curves were kept with this diagnosis.", tone="note")
         return
     detail = resolution(len(every[:MOST_DRAWN]))
     figures = [run_figure(record, one, k, detail) for k, one in enumerate(every[:MOST_DRAWN])]
     # the first of pool runs stands at the top of the page
-    first, rest = (figures[:1], figures[1:]) if of_bench(record) else ([], figures)
+    first, rest = (figures[:1], figures[1:]) if words.of_bench(record) else ([], figures)
     yield from first
     if rest:
         more = f"Measured, before and after: {plural(len(rest), 'figure')}"
         yield Details(more, (Gallery(tuple(rest), level=False),))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
-        yield Paragraph(f"Not drawn: {', '.join(names)}.", tone="note")
+        yield Text(f"Not drawn: {', '.join(names)}.", tone="note")
     if record.shrink.held_out:
-        yield Paragraph(f"Kept aside: {record.shrink.held_out.rstrip('.')}.")
+        yield Text(f"Kept aside: {record.shrink.held_out.rstrip('.')}.")
 
 
 def _said(record: DiagnosisRecord) -> str:
     shrink = record.shrink
     before, after = over_floor(shrink)
     if record.verdict.effects in {("none",), ("unknown",)}:
-        if before != after and not of_bench(record):
+        if before != after and not words.of_bench(record):
             return (
                 "The verdict names no effect, so none is added to the model. What no vehicle file "
                 "states of a thruster, how its lag and the inflow act, was found from the runs: "
@@ -175,8 +168,8 @@ def _said(record: DiagnosisRecord) -> str:
         )
     return (
         f"Adding the answer brings the gap from {before} to {after} times what a sound vehicle "
-        f"leaves, which closes {closed_text(shrink.gap_closed)} of what can be closed"
-        f"{closed_interval(shrink.ci95)}."
+        f"leaves, which closes {words.closed_text(shrink.gap_closed)} of what can be closed"
+        f"{words.closed_interval(shrink.ci95)}."
     )
 
 
@@ -215,13 +208,13 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
             "Before, rms": general(factor * one.before, 3),
             "After, rms": general(factor * one.after, 3),
             "A sound vehicle leaves": floor,
-            "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
+            "Gap closed": "–" if one.gap_closed is None else words.closed_text(one.gap_closed),
         }
 
     shrink, channels = record.shrink, record.shrink.channels
     whole = row("all channels, sound = 1", 1.0 / max(shrink.noise_floor, 1e-12), shrink)
     # of a mooring table the figures of the whole are those of its thrust
-    rows = [] if of_bench(record) else [whole]
+    rows = [] if words.of_bench(record) else [whole]
     for name in in_order(channels):
         gap = record.gap.channels.get(name)
         unit, factor = shown_unit(gap.unit) if gap is not None else ("–", 1.0)

@@ -9,7 +9,7 @@ from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.report import plotting
-from pipeline.report.blocks import Blocks, Figure, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Figure, Table, Text, chapter
 from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, percent, plural, signed
 from pipeline.report.results import VehicleResults, needed
@@ -31,7 +31,7 @@ def drive_section(results: VehicleResults) -> Blocks:
         yield _raw(points)
     fit = needed(results, "drive", results.drive)
     yield _family(fit, *fitted_points(record, fit))
-    yield Paragraph(quality_line("M(n, N)", fit.quality, "codes"))
+    yield Text(quality_line("M(n, N)", fit.quality, "codes"))
     yield _intervals(fit)
     if len(fit.torque_scale_by_file) > 1:
         yield Table.of(
@@ -55,7 +55,7 @@ def drive_section(results: VehicleResults) -> Blocks:
         "Rising less falling load, mN m: {loading_minus_unloading_nm:1000*+.2f}",
     )
     if fit.quality.order_reason:
-        yield Paragraph(fit.quality.order_reason)
+        yield Text(fit.quality.order_reason)
 
 
 def fitted_points(
@@ -136,7 +136,7 @@ def _family(
     )
 
 
-def _intervals(fit: DriveFit) -> Paragraph:
+def _intervals(fit: DriveFit) -> Text:
     """Say what the intervals count as independent."""
     terms = len(fit.coefficients)
     if not fit.clustered:
@@ -153,8 +153,8 @@ def _intervals(fit: DriveFit) -> Paragraph:
             "branches, or a second drive."
         )
     else:
-        return Paragraph(
+        return Text(
             f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "
             "sweep go together."
         )
-    return Paragraph(text, tone="warning")
+    return Text(text, tone="warning")

@@ -7,7 +7,7 @@ from pipeline.language import as_it_is
 from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
 from pipeline.report.bars import gains_figure
-from pipeline.report.blocks import Blocks, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Table, Text, chapter
 from pipeline.report.numbers import fixed
 from pipeline.report.results import DayResults, VehicleResults
 
@@ -34,7 +34,7 @@ def run_gains_section(trial: RunTrial | None) -> Blocks:
     for run in trial.gains.runs:
         if run.delay_s > 0.0:
             late = f"The commands act {fixed(run.delay_s, 2)} s later than the model's lag says."
-            yield Paragraph(late, tone="note")
+            yield Text(late, tone="note")
 
 
 @_gains_chapter
@@ -89,13 +89,13 @@ def gain_warnings(gains: ThrusterGains | None) -> list[str]:
 
 def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> Blocks:
     if not gains.runs:
-        yield Paragraph(f"Not computed: {'; '.join(gains.why_no_run.values())}")
+        yield Text(f"Not computed: {'; '.join(gains.why_no_run.values())}")
         return
     for one in gains.findings:
-        yield Paragraph(one.text, tone="warning")
+        yield Text(one.text, tone="warning")
     if not gains.findings:
         rate = f"{100 * gains.false_alarms:g} %"
-        yield Paragraph(f"Nothing out of the ordinary (false alarms: {rate} of such sets).")
+        yield Text(f"Nothing out of the ordinary (false alarms: {rate} of such sets).")
     names = list(gains.runs[0].thrust_std_n)
     axes = dict.fromkeys(row.axis for row in gains.gains if row.axis != _ALL)
     shown = [_ALL, *(axis for axis in axes if any((name, axis) in rows for name in names))]
@@ -122,7 +122,7 @@ def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> Blocks
     )
     if gains.not_judged:
         why = "; ".join(f"{as_it_is(name)}: {why}" for name, why in gains.not_judged.items())
-        yield Paragraph(f"Not judged: {why}.")
+        yield Text(f"Not judged: {why}.")
 
 
 def _cell(row: Row | None) -> str:

@@ -10,7 +10,7 @@ from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.records.intervals import NORMAL_95, static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
-from pipeline.report.blocks import Blocks, Figure, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Figure, Table, Text, chapter
 from pipeline.report.curves import speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
@@ -59,7 +59,7 @@ def gap_section(results: VehicleResults) -> Blocks:
         " N, inside their 95 % intervals at every code."
     )
     yield _figure(points, static, gaps, static_factor(static, results.drive))
-    yield Paragraph(said, tone="warning" if outside else "plain")
+    yield Text(said, tone="warning" if outside else "plain")
     yield Table.of(
         "Thrust at rest by both routes",
         gaps,

@@ -1,9 +1,11 @@
-"""What came in: files, sheets, columns, units, and what became of every point."""
+"""The raw files: what went wrong there, what came in, and what became of every point."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 
+from pipeline.errors import Problem
 from pipeline.records.base import Source
+from pipeline.records.fits import Check
 from pipeline.records.measurements import (
     LoadTestPoint,
     LoadTestRecord,
@@ -11,9 +13,16 @@ from pipeline.records.measurements import (
     OpenWaterRecord,
     SheetRead,
 )
-from pipeline.report.blocks import Block, Blocks, Details, Heading, Paragraph, Table, chapter
+from pipeline.report.blocks import Block, Blocks, Bullets, Details, Heading, Table, Text, chapter
 from pipeline.report.numbers import code, fixed, general, plural, signed
-from pipeline.report.results import VehicleResults, mooring_points_of_tables
+from pipeline.report.results import (
+    STAGE_TITLES,
+    VehicleResults,
+    all_checks,
+    all_problems,
+    missing_reasons,
+    mooring_points_of_tables,
+)
 
 #: With more sheets than this the table is folded away.
 SHEETS_SHOWN = 8
@@ -34,7 +43,7 @@ def inputs_section(results: VehicleResults) -> Blocks:
         yield Heading(title, f"inputs-{kind}")
         if record is None:
             reason = results.missing.get(stage) or f"There is no {kind} data."
-            yield Paragraph(reason, tone="warning")
+            yield Text(reason, tone="warning")
             continue
         used = sum(not point.marks for point in record.points)
         text = (
@@ -47,7 +56,7 @@ def inputs_section(results: VehicleResults) -> Blocks:
             text += _mooring(results, record)
         elif ratios := [p.advance_ratio for p in record.points if not p.marks]:
             text += f" J from {fixed(min(ratios), 3)} to {fixed(max(ratios), 3)}."
-        yield Paragraph(text)
+        yield Text(text)
         yield from _tables(record.sheets, [(point.source, point.marks) for point in record.points])
 
 
@@ -186,3 +195,92 @@ def _column_table(sheets: Sequence[SheetRead]) -> Table:
             **dict(zip(named, own[0][1:], strict=True)),
         },
     )
+
+
+#: More places than this with the same message are counted instead of listed in the first table.
+PLACES_SHOWN = 4
+
+
+@chapter("warnings", "Warnings")
+def warnings_section(results: VehicleResults) -> Blocks:
+    """List problems by severity, failed checks and missing results; notes are folded away."""
+    problems, checks, missing = all_problems(results), all_checks(results), missing_reasons(results)
+    failed, passed = (
+        [own for own in checks if own[1].passed is wanted] for wanted in (False, True)
+    )
+    none = "No errors or warnings in the raw files."
+    yield from problem_blocks("Problems in the raw files", problems, none)
+    if failed:
+        yield _checks("Checks that failed", failed)
+    elif checks:
+        yield Text(f"All {len(checks)} physical and numerical checks passed.")
+    if missing:
+        yield Table.of(
+            "Results that could not be computed",
+            missing.items(),
+            lambda own: {"Result": STAGE_TITLES[own[0]], "Why": own[1]},
+            lambda _: True,
+        )
+    if results.notes:
+        yield Bullets(results.notes)
+    yield note_block(problems)
+    if passed:
+        table = _checks("Checks that passed", passed)
+        yield Details(f"{plural(len(passed), 'check')} passed", (table,))
+
+
+def _checks(caption: str, checks: Sequence[tuple[str, Check]]) -> Table:
+    return Table.of(
+        caption,
+        checks,
+        "Result: {0} | Check: {1.name} | What was found: {1.text}",
+        lambda own: not own[1].passed,
+    )
+
+
+def problem_blocks(caption: str, problems: Sequence[Problem], none: str) -> Blocks:
+    """Tabulate errors and warnings, and list the places that the table counts."""
+    serious = [problem for problem in problems if problem.severity != "note"]
+    yield _problem_table(caption, serious, PLACES_SHOWN) if serious else Text(none)
+    for (_, what, _, _), places in _grouped(serious).items():
+        if len(places) > PLACES_SHOWN:
+            yield Details(f"All {len(places)} places: {what}", (Bullets(tuple(places)),))
+
+
+def note_block(problems: Sequence[Problem]) -> Block | None:
+    """Fold away what was assumed; nothing where there is nothing."""
+    notes = [problem for problem in problems if problem.severity == "note"]
+    table = _problem_table("Notes", notes, len(notes))
+    return Details(f"{plural(len(notes), 'note')}: what was assumed", (table,)) if notes else None
+
+
+def _problem_table(caption: str, problems: Sequence[Problem], shown: int) -> Table:
+    """Group problems with the same message; places beyond those shown are counted."""
+    return Table.of(
+        caption,
+        _grouped(problems).items(),
+        lambda own: {
+            "Severity": own[0][0],
+            "Where": _places(own[1], shown),
+            "What": own[0][1],
+            "Expected": own[0][2] or "–",
+            "What to do": own[0][3] or "–",
+        },
+        lambda own: own[0][0],
+    )
+
+
+def _grouped(problems: Sequence[Problem]) -> dict[tuple[str, str, str, str], list[str]]:
+    groups: dict[tuple[str, str, str, str], list[str]] = {}
+    for problem in problems:
+        key = (problem.severity, problem.what, problem.expected, problem.remedy)
+        groups.setdefault(key, []).append(str(problem.place))
+    return groups
+
+
+def _places(places: list[str], shown: int) -> str:
+    if len(places) == 1:
+        return places[0]
+    if len(places) <= shown:
+        return f"each of {'; '.join(places)}"
+    return f"each of {'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"

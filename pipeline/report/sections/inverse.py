@@ -13,35 +13,12 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.report import plotting
-from pipeline.report.blocks import (
-    Blocks,
-    Bullets,
-    Details,
-    Figure,
-    Heading,
-    Paragraph,
-    Table,
-    chapter,
-)
+from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Heading, Table, Text, chapter
 from pipeline.report.curves import family_code, fit_panels, speed_index, static_thrust, table4_code
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed
 from pipeline.report.results import VehicleResults, missing_reasons, needed
-from pipeline.report.sections.tables import (
-    THRUST_FROM_N,
-    Coefficient,
-    Column,
-    coefficient_table,
-    coefficients,
-    explained,
-    fit_difference,
-    largest,
-    paper_rows,
-    paper_table,
-    printed_row,
-    quality_line,
-    share_inside,
-    table4_difference,
-)
+from pipeline.report.sections import tables
+from pipeline.report.sections.tables import THRUST_FROM_N
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4
 
@@ -65,14 +42,14 @@ def inverse_section(results: VehicleResults) -> Blocks:
         ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
         printed = max((r.published_n or 0.0 for r in both), default=0.0)
         if printed > ours:
-            yield Paragraph(
+            yield Text(
                 "The published Table 4 is not the inverse of the published Table 2: sent through "
                 f"both, a thrust comes back up to {fixed(printed, 2)} N off, through ours "
                 f"{fixed(ours, 2)} N."
             )
     if inverse.firmware is not None:
         yield from _firmware(inverse.firmware)
-    yield explained(inverse.explanations)
+    yield tables.explained(inverse.explanations)
 
 
 def _firmware(firmware: FirmwareCharacteristic) -> Blocks:
@@ -80,7 +57,7 @@ def _firmware(firmware: FirmwareCharacteristic) -> Blocks:
     sides = {"Positive": ahead, "Negative": astern}
     against = tuple(f"{sign} thrust: {own.against_motion}" for sign, own in sides.items())
     same = ahead.against_motion == astern.against_motion
-    yield Paragraph(
+    yield Text(
         f"For each sign of thrust the firmware holds the largest thrust at "
         f"{plural(len(ahead.speed_mps), 'speed')} and the code at {len(ahead.fraction)} "
         "fractions of it, linear in between, so that N(T, V) and T(N, V) are exact inverses "
@@ -100,26 +77,26 @@ def _table3(
     sides = [(name, sign, fit, printed) for name, sign, fit, printed in both if fit is not None]
     if not sides:
         reason = missing_reasons(results).get("mooring", "the mooring data do not support it.")
-        yield Paragraph(f"Table 3 was not computed: {reason}", tone="warning")
+        yield Text(f"Table 3 was not computed: {reason}", tone="warning")
         return
-    rows: list[Coefficient] = []
+    rows: list[tables.Coefficient] = []
     for _, sign, fit, printed in sides:
         names = [f"K_N{0 if sign > 0 else 1}{i}" for i in range(len(fit.coefficients))]
-        rows += coefficients(names, fit.coefficients, fit.ci95, printed)
+        rows += tables.coefficients(names, fit.coefficients, fit.ci95, printed)
     yield _at_rest(sides)
-    yield coefficient_table(
+    yield tables.coefficient_table(
         "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
         rows,
         note="K_N0i: positive thrust; K_N1i: negative thrust, with its sign, as printed.",
         points="fig-inverse-rest",
     )
     if published is not None:
-        yield from map(Paragraph, (_table3_sentence(sides), share_inside(rows)))
+        yield from map(Text, (_table3_sentence(sides), tables.share_inside(rows)))
     for name, _, own, _ in both:
         yield (
-            Paragraph(f"No fit for {name} thrust: the test has no such points.", tone="warning")
+            Text(f"No fit for {name} thrust: the test has no such points.", tone="warning")
             if own is None
-            else Paragraph(quality_line(f"N(T), {name} thrust", own.quality, "T, N,"))
+            else Text(tables.quality_line(f"N(T), {name} thrust", own.quality, "T, N,"))
         )
 
 
@@ -156,14 +133,16 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
 def _table3_sentence(sides: Sequence[Side]) -> str:
     parts = []
     for name, sign, fit, printed in sides:
-        thrust = np.linspace(THRUST_FROM_N, max(map(abs, fit.quality.valid_range)), 400)
-        found = printed and largest(thrust, fit_difference(fit, printed, sign * thrust))
+        thrust = np.linspace(tables.THRUST_FROM_N, max(map(abs, fit.quality.valid_range)), 400)
+        found = printed and tables.largest(
+            thrust, tables.fit_difference(fit, printed, sign * thrust)
+        )
         if found:
             codes, at_n = (fixed(found[0], 2), fixed(found[1], 1))
             parts.append(f"{codes} codes for {name} thrust (at {at_n} N)")
     return (
-        f"Over {THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from the "
-        f"published one by at most {' and '.join(parts)}."
+        f"Over {tables.THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from "
+        f"the published one by at most {' and '.join(parts)}."
     )
 
 
@@ -173,10 +152,12 @@ def _table4(
     rows = inverse.table4
     if not rows:
         reason = missing_reasons(results).get("static", "there is no static family.")
-        yield Paragraph(f"Table 4 was not computed: {reason}", tone="warning")
+        yield Text(f"Table 4 was not computed: {reason}", tone="warning")
         return
     columns = [
-        Column(r.speed_mps, r.coefficients, r.ci95, printed_row(published, r.speed_mps))
+        tables.Column(
+            r.speed_mps, r.coefficients, r.ci95, tables.printed_row(published, r.speed_mps)
+        )
         for r in rows
     ]
     common = any(one.printed is not None for one in columns)
@@ -194,19 +175,19 @@ def _table4(
     )
     if results.static is not None:
         yield _under_way(rows, results.static, published)
-    yield paper_table(
+    yield tables.paper_table(
         "Table 4. N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T³",
         columns,
-        [limits, *paper_rows(names, columns)],
+        [limits, *tables.paper_rows(names, columns)],
         note,
     )
     own = [coefficient for one in columns for coefficient in one.coefficients(names)]
     if published is not None:
         none = "The published Table 4 has no speed in common with ours."
-        said = f"{_table4_sentence(rows, published)} {share_inside(own)}"
-        yield Paragraph(said if common else none)
+        said = f"{_table4_sentence(rows, published)} {tables.share_inside(own)}"
+        yield Text(said if common else none)
     points = "fig-inverse-family" if results.static is not None else ""
-    table = coefficient_table("Coefficients of Table 4", own, points=points)
+    table = tables.coefficient_table("Coefficients of Table 4", own, points=points)
     yield Details("Coefficients of Table 4 with intervals", (table,))
 
 
@@ -226,14 +207,14 @@ def _under_way(
     above: list[Trace] = []
     below: list[Trace] = []
     for row, colour in zip(rows, plotting.ordered_colours(len(rows)), strict=True):
-        own = np.linspace(min(THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
+        own = np.linspace(min(tables.THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
         cubic = table4_code(row.coefficients, own)
         above.append(Trace(f"{speed(row.speed_mps)} m/s", own, cubic, colour))
         family = family_code(static, row.speed_mps, own)
         if family is not None:
             above.append(Trace("family", own[::10], family[::10], colour, "points", mark="o"))
             below.append(Trace("", own, cubic - family, colour))
-        printed = printed_row(published, row.speed_mps)
+        printed = tables.printed_row(published, row.speed_mps)
         if printed is not None:
             other = table4_code(printed, own)
             above.append(Trace("published", own, other, plotting.INK, dash="dash"))
@@ -254,12 +235,13 @@ def _under_way(
 def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -> str:
     found = []
     for row in rows:
-        thrust = np.linspace(THRUST_FROM_N, row.thrust_max_n, 400)
-        worst = largest(thrust, table4_difference(row, published, thrust))
+        thrust = np.linspace(tables.THRUST_FROM_N, row.thrust_max_n, 400)
+        worst = tables.largest(thrust, tables.table4_difference(row, published, thrust))
         if worst is not None:
             found.append((*worst, row.speed_mps))
     if not found:
-        return f"Our Table 4 and the published one have no thrust over {THRUST_FROM_N} N in common."
+        least = f"{tables.THRUST_FROM_N} N"
+        return f"Our Table 4 and the published one have no thrust over {least} in common."
     codes, at_n, at_mps = max(found)
     return (
         f"Our Table 4 differs from the published one by at most {fixed(codes, 1)} codes "
@@ -280,7 +262,7 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
         else ""
     )
     return Table.of(
-        f"Largest error of T(N(T, V), V) over {THRUST_FROM_N} N < T ≤ T_max",
+        f"Largest error of T(N(T, V), V) over {tables.THRUST_FROM_N} N < T ≤ T_max",
         rows,
         lambda row: {
             "Speed, m/s": speed(row.speed_mps),

@@ -15,9 +15,9 @@ from pipeline.report.blocks import (
     Details,
     Figure,
     Gallery,
-    Paragraph,
     Section,
     Table,
+    Text,
     chapter,
 )
 from pipeline.report.channels import channel_name, short_name, shown_unit
@@ -76,9 +76,9 @@ def comparison_section(results: RunResults) -> Blocks:
             if results.vehicle.model is None
             else "What the vehicle file or the bench data lack for it is named above."
         )
-        yield None if results.stored is None else Paragraph(missing)
+        yield None if results.stored is None else Text(missing)
         raise CannotComputeError(reason)
-    yield Paragraph(
+    yield Text(
         f"Predicted: by the vehicle file, {trial.windows} times {trial.horizon_s or 0.0:g} s end "
         f"to end, each from a start that the {trial.lead_s or 0.0:g} s of readings before it "
         "give; this shows how good the model is. Free run: one simulation from the start, never "

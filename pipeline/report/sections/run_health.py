@@ -11,21 +11,12 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
 from pipeline.report import plotting
-from pipeline.report.blocks import (
-    Blocks,
-    Bullets,
-    Details,
-    Figure,
-    Links,
-    Paragraph,
-    Table,
-    chapter,
-)
+from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Links, Table, Text, chapter
 from pipeline.report.numbers import code, fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import RunResults
+from pipeline.report.sections.inputs import note_block, problem_blocks
 from pipeline.report.sections.run_comparison import TIME_LABEL, resolution_of
-from pipeline.report.sections.warnings import note_block, problem_blocks
 from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.run_notes import run_of
@@ -41,13 +32,13 @@ def run_warnings_section(results: RunResults) -> Blocks:
     """Begin with what must be known before anything else is read."""
     if results.stored is None:
         reason = results.why_not_read or "the log could not be read."
-        yield Paragraph(f"Nothing could be read: {reason}", tone="error")
+        yield Text(f"Nothing could be read: {reason}", tone="error")
     trial = results.trial
     if trial is not None:
         for text in trial.warnings:
-            yield Paragraph(text, tone="warning")
+            yield Text(text, tone="warning")
         if trial.why_not:
-            yield Paragraph(f"Nothing was simulated: {trial.why_not}", tone="warning")
+            yield Text(f"Nothing was simulated: {trial.why_not}", tone="warning")
     if results.stored is not None:
         none = "No errors or warnings in the log."
         yield from problem_blocks("Problems in the log", results.all_problems, none)
@@ -84,7 +75,7 @@ def run_facts_section(results: RunResults) -> Blocks:
         ]
     yield Table("The run", ("What", "Value"), tuple(rows))
     if stored is not None and stored.notes is None:
-        yield Paragraph(
+        yield Text(
             f"No notes: write {run_of(PurePath(results.shown_path))}.yaml beside the log "
             "(ballast, water, tether, who, what) and they stand here.",
             tone="note",
@@ -167,10 +158,10 @@ def manoeuvres_section(results: RunResults) -> Blocks:
             "What was seen": one.sentence,
         },
     )
-    yield found if found.rows else Paragraph("No manoeuvre was recognised.")
+    yield found if found.rows else Text("No manoeuvre was recognised.")
     if limits:
         shares = ", ".join(f"{name} {percent(share)}" for name, share in limits.items())
-        yield Paragraph(f"Share of the time at the end of the range of codes: {shares}.")
+        yield Text(f"Share of the time at the end of the range of codes: {shares}.")
 
 
 def commands_figure(results: RunResults) -> Figure | None:

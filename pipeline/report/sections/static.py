@@ -7,22 +7,11 @@ import numpy as np
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.intervals import largest_thrust_interval, static_factor
 from pipeline.report import plotting
-from pipeline.report.blocks import Blocks, Details, Figure, Paragraph, Table, chapter
+from pipeline.report.blocks import Blocks, Details, Figure, Table, Text, chapter
 from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
 from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
-from pipeline.report.sections.tables import (
-    THRUST_FROM_N,
-    Column,
-    coefficient_table,
-    explained,
-    largest,
-    paper_rows,
-    paper_table,
-    printed_row,
-    share_inside,
-    table2_differences,
-)
+from pipeline.report.sections import tables
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable2
@@ -35,7 +24,9 @@ def static_section(results: VehicleResults) -> Blocks:
     published = results.vehicle.published
     table2 = published.table2 if published else None
     columns = [
-        Column(r.speed_mps, r.fit.coefficients, r.fit.ci95, printed_row(table2, r.speed_mps))
+        tables.Column(
+            r.speed_mps, r.fit.coefficients, r.fit.ci95, tables.printed_row(table2, r.speed_mps)
+        )
         for r in static.table2
     ]
     rows = [row for one in columns for row in one.coefficients(("K_F0", "K_F1", "K_F2"))]
@@ -45,17 +36,17 @@ def static_section(results: VehicleResults) -> Blocks:
         ["–" if one.printed is None else _edge(one.printed) for one in columns],
     )
     yield _family(results, static, table2)
-    yield paper_table(
+    yield tables.paper_table(
         "Table 2. T = K_F0 sign N + K_F1 N + K_F2 N|N|",
         columns,
-        [*paper_rows(("K_F0, N", "K_F1, N per code", "K_F2, N per code²"), columns), dead],
+        [*tables.paper_rows(("K_F0, N", "K_F1, N per code", "K_F2, N per code²"), columns), dead],
         "The dead zone ends where the polynomial turns positive. The paper prints the "
         "condition |N| ≤ K_F0, but K_F0 is a thrust, not a code.",
         "fig-static-family",
     )
     if table2 is not None:
-        yield Paragraph(f"{_against_published(static, table2)} {share_inside(rows)}".strip())
-    table = coefficient_table(
+        yield Text(f"{_against_published(static, table2)} {tables.share_inside(rows)}".strip())
+    table = tables.coefficient_table(
         "Coefficients of Table 2",
         rows,
         note="K_F0 in N, K_F1 in N per code, K_F2 in N per code². The intervals carry the bench's "
@@ -65,13 +56,13 @@ def static_section(results: VehicleResults) -> Blocks:
     yield Details("Coefficients of Table 2 with intervals", (table,))
     yield _largest_code(static, published, results.inverse)
     low, high = static.monte_carlo_ratio
-    yield Paragraph(
+    yield Text(
         "The intervals carry the scatter of the bench alone, through both fits by the slopes "
         f"of the torque balance; {static.monte_carlo_draws} Monte Carlo draws give "
         f"{fixed(low, 3)} to {fixed(high, 3)} of the same. A true difference between bench and "
         "water is not in them: see the mooring test against the calculation."
     )
-    yield explained(static.explanations)
+    yield tables.explained(static.explanations)
 
 
 def _family(
@@ -101,7 +92,7 @@ def _family(
         if published is not None:
             shown = np.where(other > 0, other, np.nan)
             above.append(Trace("published", grid, shown, plotting.INK, dash="dash"))
-        scored = (other if published is not None else thrust) > THRUST_FROM_N
+        scored = (other if published is not None else thrust) > tables.THRUST_FROM_N
         off = thrust - other if published is not None else other - thrust
         below.append(Trace("", grid, np.where(scored, off, np.nan), colour))
     return zoomable_figure(
@@ -129,7 +120,7 @@ def _other(
     static: StaticCharacteristic, speed_mps: float, published: PublishedTable2 | None
 ) -> FloatArray | None:
     """Thrust of the published Table 2, or of our own where none is published."""
-    row = printed_row(published, speed_mps)
+    row = tables.printed_row(published, speed_mps)
     if published is None:
         own = (r for r in static.table2 if abs(r.speed_mps - speed_mps) < 1e-6)
         row = next((one.fit.coefficients for one in own), None)
@@ -152,8 +143,8 @@ def _edge(printed: Sequence[float]) -> str:
 def _against_published(static: StaticCharacteristic, published: PublishedTable2) -> str:
     worst: dict[str, tuple[float, float, float]] = {}
     common = False
-    for name, at_speed, difference in table2_differences(static, published, static.code):
-        common, found = True, largest(static.code, difference)
+    for name, at_speed, difference in tables.table2_differences(static, published, static.code):
+        common, found = True, tables.largest(static.code, difference)
         if found is not None:
             worst[name] = max(worst.get(name, (0.0, 0.0, 0.0)), (*found, at_speed))
     if not common:
@@ -180,7 +171,7 @@ def _largest_code(
         cells = {"Speed, m/s": speed(row.speed_mps), "T_max, N": value, "95 % interval": interval}
         thrusts: dict[str, tuple[float, str] | None] = {}
         if table2 is not None:
-            printed = printed_row(table2, row.speed_mps)
+            printed = tables.printed_row(table2, row.speed_mps)
             thrust = None if printed is None else float(table2_thrust(printed, most))
             thrusts["2"] = None if thrust is None else (thrust, fixed(thrust, 2))
         if table4 is not None:

@@ -13,7 +13,7 @@ from pipeline.records.fits import (
     SpeedInverse,
     StaticCharacteristic,
 )
-from pipeline.report.blocks import Block, Blocks, Bullets, Details, Paragraph, Table, chapter
+from pipeline.report.blocks import Block, Blocks, Bullets, Details, Table, Text, chapter
 from pipeline.report.curves import speed_index, static_thrust, table2_thrust, table4_code
 from pipeline.report.numbers import as_printed, fixed, general, plural, speed, with_interval
 from pipeline.report.results import DayResults, RunResults, VehicleResults
@@ -266,5 +266,5 @@ def share_inside(rows: Sequence[Coefficient]) -> str:
 def data_section(results: RunResults | DayResults | VehicleResults) -> Blocks:
     """Say what a page was made from."""
     header, lines = ("What", "Digest or version"), tuple(results.provenance.items())
-    none = Paragraph("No provenance was recorded.")
+    none = Text("No provenance was recorded.")
     yield Table("Inputs, code and versions", header, lines) if lines else none

@@ -8,16 +8,7 @@ import numpy as np
 from pipeline.language import as_it_is, translate
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.report import plotting
-from pipeline.report.blocks import (
-    Block,
-    Blocks,
-    Details,
-    Figure,
-    Heading,
-    Links,
-    Paragraph,
-    chapter,
-)
+from pipeline.report.blocks import Block, Blocks, Details, Figure, Heading, Links, Text, chapter
 from pipeline.report.numbers import plural
 from pipeline.report.page import SIGNS
 from pipeline.report.results import TrialDayLink, VehicleResults
@@ -31,7 +22,7 @@ DAYS_SHOWN = 5
 def trials_section(results: VehicleResults) -> Blocks:
     """List the trial days, the latest first, each with its runs."""
     if not results.trials:
-        yield Paragraph(
+        yield Text(
             "No pool run yet: put a log (*.mcap) into pool/ of the vehicle's raw folder. "
             "rig2sea watch writes its page as soon as the log is there whole."
         )
@@ -88,7 +79,7 @@ def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ..
     drawn = tuple(latest[:MOST_DRAWN])
     blocks: list[Block] = [_figure(fitted, drawn)]
     if len(latest) > len(drawn):
-        blocks.append(Paragraph(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
+        blocks.append(Text(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
     return (*blocks, *unsettled_days(unsettled))
 
 
@@ -98,7 +89,7 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
         return ()
     names = ", ".join(days)
     text = f"Of these trial days the fit did not come to an end, so no trend is shown: {names}."
-    return (Paragraph(text, tone="warning"),)
+    return (Text(text, tone="warning"),)
 
 
 def _figure(days: Days, names: tuple[str, ...]) -> Figure:

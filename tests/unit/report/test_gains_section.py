@@ -10,7 +10,7 @@ from pipeline.records.gains import (
     ThrusterGains,
 )
 from pipeline.records.trial import RunTrial
-from pipeline.report.blocks import Figure, Paragraph, Table
+from pipeline.report.blocks import Figure, Table, Text
 from pipeline.report.sections.gains import gain_warnings, run_gains_section
 
 KNOWN = GainReference(
@@ -90,7 +90,7 @@ def test_the_page_of_a_run_has_table_picture_finding_and_reference() -> None:
     """Numbers as intervals, a dash where nothing is judged, the ratio to the reference."""
     blocks = run_gains_section(trial(GAINS)).blocks
     assert any(isinstance(one, Figure) for one in blocks)
-    texts = [one.text for one in blocks if isinstance(one, Paragraph)]
+    texts = [one.text for one in blocks if isinstance(one, Text)]
     assert texts[0] == "left gives less than expected."
     assert any("0.20 s later" in text for text in texts)
     assert any("bow" in text for text in texts)

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import drive_factor, static_factor, student_95
-from pipeline.report.blocks import Figure, Paragraph
+from pipeline.report.blocks import Figure, Text
 from pipeline.report.curves import drive_torque
 from pipeline.report.panels import Panel
 from pipeline.report.results import VehicleResults
@@ -80,7 +80,7 @@ def test_fewer_than_two_sweeps_a_term_are_warned_of(
     (said,) = (
         block
         for block in drive_section(dataclasses.replace(results, drive=drive)).blocks
-        if isinstance(block, Paragraph) and "clustered by sweep" in block.text
+        if isinstance(block, Text) and "clustered by sweep" in block.text
     )
     assert (said.tone == "warning") is warned
     assert ("the 19 sweeps are fewer than two for each of the 10 terms" in said.text) is warned

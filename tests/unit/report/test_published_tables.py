@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from pipeline.report.blocks import Paragraph, Section, Table
+from pipeline.report.blocks import Section, Table, Text
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.allocation import allocation_section
 from pipeline.report.sections.inverse import inverse_section
@@ -26,7 +26,7 @@ def shifted(results: VehicleResults) -> VehicleResults:
 
 
 def sentences(section: Section) -> list[str]:
-    return [one.text for one in section.blocks if isinstance(one, Paragraph)]
+    return [one.text for one in section.blocks if isinstance(one, Text)]
 
 
 @pytest.mark.usefixtures("undrawn")

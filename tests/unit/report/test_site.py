@@ -8,8 +8,8 @@ import pytest
 
 from pipeline.report import html
 from pipeline.report.blocks import Table
+from pipeline.report.page import index_entry, status_of, write_index
 from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.report.site import index_entry, status_of, write_index
 from pipeline.stages.design_links import design_links
 from pipeline.stages.index_page import write_index_again
 

@@ -14,7 +14,7 @@ from pipeline.records.identification import (
     VehicleIdentification,
 )
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
-from pipeline.report.blocks import Details, Figure, Paragraph
+from pipeline.report.blocks import Details, Figure, Text
 from pipeline.report.panels import thinned
 from pipeline.report.results import DayResults, TrialDayLink, VehicleResults, table_changes
 from pipeline.report.sections.trials import Days, has_trend, trend_blocks, trials_section
@@ -237,7 +237,7 @@ def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
     days = (linked("2026-05-02", 10.0), linked("2026-05-03", 15.0, settled=False))
     two = replace(results, trials=days)
     assert not has_trend(two)
-    texts = [one.text for one in trials_section(two).blocks if isinstance(one, Paragraph)]
+    texts = [one.text for one in trials_section(two).blocks if isinstance(one, Text)]
     assert texts == [
         "Of these trial days the fit did not come to an end, so no trend is shown: 2026-05-03."
     ]

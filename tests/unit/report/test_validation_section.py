@@ -16,7 +16,7 @@ from pipeline.records.validation import (
 )
 from pipeline.report.blocks import Block, Details, Table
 from pipeline.report.results import VehicleResults
-from pipeline.report.sections.validation import validation_section
+from pipeline.report.sections.allocation import validation_section
 
 VARIANTS: tuple[Variant, ...] = ("ideal", "mooring", "compensated")
 

@@ -17,7 +17,7 @@ from pipeline.report.blocks import Figure
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.closing import firmware_section
-from pipeline.report.sections.working_points import working_points_section
+from pipeline.report.sections.propeller import working_points_section
 from pipeline.report.vehicle_page import vehicle_page
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
