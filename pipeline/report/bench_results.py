@@ -112,7 +112,7 @@ def thrust_figure(results: VehicleResults) -> Figure | None:
         "fig-thrust",
         f"{bench_line(results.vehicle.title, inverse, results.mooring)}.",
         "Line: the firmware's tables; points: the mooring test. Thrust astern is negative.",
-        (Panel("thrust  [N]", tuple(traces), height=1.3),),
+        (Panel("thrust  [N]", traces, height=1.3),),
         x_label="control code  [–]",
     )
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -41,9 +40,8 @@ def fit_panels(
     band = scale * np.array([value - half, value + half])
     found = [Trace(name, x, scale * value, colour, band=band)]
     kept = [p for p in fit.points if not p.outlier]
-    outliers = [p for p in fit.points if p.outlier]
-    kinds: tuple[tuple[Any, str, str], ...] = ((kept, "measured", "o"), (outliers, "outlier", "x"))
-    for points, what, mark in kinds:
+    for what, mark in (("measured", "o"), ("outlier", "x")):
+        points = kept if what == "measured" else [p for p in fit.points if p.outlier]
         if points:
             at, measured = np.array([(p.x, p.measured) for p in points]).T
             found.append(Trace(what, at, scale * measured, colour, "points", mark=mark))
@@ -54,17 +52,6 @@ def fit_panels(
     return found, Trace("", left[0], left[1], colour, "points", mark="o")
 
 
-def torque_surface(fit: DriveFit) -> TorqueSurface:
-    """Return the surface that the physics evaluates; its fields bear the names of the record's."""
-    values: dict[str, Any] = {
-        field.name: getattr(fit, field.name) for field in dataclasses.fields(TorqueSurface)
-    }
-    for name, value in values.items():
-        if isinstance(value, tuple):
-            values[name] = np.asarray(value)
-    return TorqueSurface(**values)
-
-
 def drive_torque(
     fit: DriveFit, shaft_speed_rpm: ArrayLike, code: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
@@ -72,9 +59,11 @@ def drive_torque(
 
     Magnitudes of shaft speed and code are broadcast together.
     """
-    terms = surface_basis(
-        np.abs(np.asarray(shaft_speed_rpm, float)) / 60.0, code, torque_surface(fit)
-    )
+    # the fields of the surface bear the names of the record's
+    found = {one.name: getattr(fit, one.name) for one in dataclasses.fields(TorqueSurface)}
+    own = {name: np.asarray(v) if isinstance(v, tuple) else v for name, v in found.items()}
+    rps = np.abs(np.asarray(shaft_speed_rpm, float)) / 60.0
+    terms = surface_basis(rps, code, TorqueSurface(**own))
     variance = np.einsum("...i,ij,...j->...", terms, np.asarray(fit.covariance), terms)
     return terms @ np.asarray(fit.coefficients), np.sqrt(np.maximum(variance, 0.0))
 
@@ -93,12 +82,10 @@ def static_thrust(static: StaticCharacteristic, speed_index: int, code: ArrayLik
     NaN at codes where drive and propeller have no working point: that is not zero thrust.
     """
     codes = np.asarray(code, float)
-    grid = np.concatenate([[0.0], np.asarray(static.code)])
     met = np.asarray(static.status[speed_index]) != "no_working_point"
-    thrust = np.where(met, np.asarray(static.thrust_n[speed_index]), np.nan)
-    thrust = np.concatenate([[0.0], thrust])
-    if static.code and static.code[0] == 0.0:
-        grid, thrust = grid[1:], thrust[1:]
+    grid, thrust = np.asarray(static.code), np.where(met, static.thrust_n[speed_index], np.nan)
+    if not (static.code and static.code[0] == 0.0):
+        grid, thrust = np.append(0.0, grid), np.append(0.0, thrust)
     return np.asarray(np.sign(codes) * np.interp(np.abs(codes), grid, thrust))
 
 
@@ -152,10 +139,7 @@ def speed_index(speeds: tuple[float, ...], speed_mps: float) -> int | None:
     >>> speed_index((0.0, 0.5, 1.0), 0.5), speed_index((0.0, 0.5), 0.7)
     (1, None)
     """
-    for index, candidate in enumerate(speeds):
-        if abs(candidate - speed_mps) < 1e-6:
-            return index
-    return None
+    return next((k for k, own in enumerate(speeds) if abs(own - speed_mps) < 1e-6), None)
 
 
 def shown_speeds(static: StaticCharacteristic, speeds: Sequence[float]) -> list[tuple[float, int]]:

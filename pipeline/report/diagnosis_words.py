@@ -83,15 +83,6 @@ def identifiers(names: Iterable[str]) -> str:
     return listed([as_it_is(name) for name in names])
 
 
-def effect_names(names: Iterable[str]) -> str:
-    """List effects in words.
-
-    >>> effect_names(["current", "tether"])
-    'water current and tether'
-    """
-    return listed([in_words(name) for name in names])
-
-
 def verdict_sentence(verdict: Verdict) -> str:
     """Return the sentence of a verdict, with the identifiers in it the same in every language."""
 

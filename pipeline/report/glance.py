@@ -41,7 +41,6 @@ class Flown:
 
     manoeuvres: Mapping[str, tuple[str, ...]]
     unreadable: tuple[str, ...] = ()
-    warnings: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,8 +89,8 @@ def day_glance(
         light = _light(first, flown)
         apart = len(told.findings) > 1
         matter = finding_sentence(first, flown.words(first.runs), only=apart)
-        if rest:
-            matter = f"{matter} Besides: {'; '.join(map(_beside, rest[:2]))}."
+        beside = (f"{short_finding(o)} ({listed([as_it_is(r) for r in o.runs])})" for o in rest[:2])
+        matter = f"{matter} Besides: {'; '.join(beside)}." if rest else matter
     return Glance(
         light=light,
         matter=matter,
@@ -180,10 +179,6 @@ def _light(one: DayFinding, flown: Flown) -> Light:
         return "red"
     faint = one.effects == ("unknown",) or "none" in one.ambiguous_with
     return "amber" if faint else "red"
-
-
-def _beside(one: DayFinding) -> str:
-    return f"{short_finding(one)} ({listed([as_it_is(run) for run in one.runs])})"
 
 
 def _short(told: DayDiagnosis, flown: Flown) -> str:

@@ -38,13 +38,10 @@ def symbols(text: str) -> Markup:
     """
     escaped = str(escape(translate(text)))
     escaped = _UNIT.sub(_NO_BREAK, escaped)
-    escaped = _SYMBOL.sub(_subscript, escaped)
+    escaped = _SYMBOL.sub(
+        lambda own: "{}<sub>{}</sub>".format(*filter(None, own.groups())), escaped
+    )
     return Markup(_POWER.sub(r"\1<sup>\2</sup>", escaped))  # noqa: S704 - escaped two lines above
-
-
-def _subscript(match: re.Match[str]) -> str:
-    symbol, index = (part for part in match.groups() if part is not None)
-    return f"{symbol}<sub>{index}</sub>"
 
 
 def render(template: str, **context: object) -> str:

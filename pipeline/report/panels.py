@@ -63,7 +63,7 @@ class Panel:
     """
 
     label: str
-    traces: tuple[Trace, ...]
+    traces: Sequence[Trace]
     height: float = 1.0
     band: float | None = None
     middle: float = 0.0

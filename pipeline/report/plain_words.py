@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pipeline.effects.library import effects
 from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.diagnosis import ParameterEstimate, RankedEffect
+from pipeline.records.diagnosis import ParameterEstimate
 from pipeline.records.glance import Advice
 from pipeline.report.diagnosis_words import capital, in_words, listed, parameter_words, said
 from pipeline.report.numbers import fixed, general, percent, with_interval
@@ -140,8 +140,15 @@ def _sureness(one: DayFinding) -> str:
 
 def _said(name: str, one: DayFinding) -> str:
     ranked, effect = one.ranked, effects()[name]
-    values = {} if ranked is None else _values(ranked, name)
-    at = _thruster(one, name)
+    # of a pair the names have their own effect before them
+    found = ranked.parameters.items() if ranked is not None else ()
+    values = {
+        key.removeprefix(f"{name}."): value
+        for key, value in found
+        if key.startswith(f"{name}.") or "." not in key
+    }
+    named = (ranked.thrusters.get(name) if ranked is not None else None) or one.thruster
+    at = as_it_is(named) if named else ""
     share = values.get("thrust_fraction")
     if name == "thruster_degraded" and share is not None:
         return f"The {at} thruster gives {_percent(share)} of its thrust ({_ends(share)})"
@@ -150,13 +157,12 @@ def _said(name: str, one: DayFinding) -> str:
         return f"Thrust astern is {_percent(fraction)} of what the file says ({_ends(fraction)})"
     force = values.get("force_n")
     if name == "residual_buoyancy" and force is not None:
-        light = force.value > 0.0
         low, high = sorted(abs(end) for end in force.ci95)
         value, ends = with_interval(abs(force.value), (low, high))
         if force.ci95[0] < 0.0 < force.ci95[1]:
             value, ends = with_interval(force.value, force.ci95)
             return f"The vehicle is not as light in water as its file says: {value} N ({ends})"
-        if light:
+        if force.value > 0.0:
             return f"The vehicle is lighter in water than its file says, by {value} N ({ends})"
         return f"The vehicle is heavier in water than its file says, by {value} N ({ends})"
     title = capital(effect.title)
@@ -164,20 +170,6 @@ def _said(name: str, one: DayFinding) -> str:
         title = f"{title}: {at}"
     sizes = [", ".join(parameter_words(key, value)) for key, value in list(values.items())[:3]]
     return f"{title} ({'; '.join(sizes)})" if sizes else title
-
-
-def _thruster(one: DayFinding, name: str) -> str:
-    named = one.ranked.thrusters.get(name) if one.ranked is not None else None
-    return as_it_is(named or one.thruster or "") if named or one.thruster else ""
-
-
-def _values(ranked: RankedEffect, name: str) -> dict[str, ParameterEstimate]:
-    """Values of one effect: of a pair the names have its own before them."""
-    return {
-        key.removeprefix(f"{name}."): value
-        for key, value in ranked.parameters.items()
-        if key.startswith(f"{name}.") or "." not in key
-    }
 
 
 def _percent(one: ParameterEstimate) -> str:

@@ -1,6 +1,6 @@
 """The page of one trial day: warnings, runs, identified parameters and their trend, the tables."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from pipeline.errors import CannotComputeError
@@ -82,20 +82,20 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
     if not fit.converged:
         return (*found, _UNSETTLED)
     day, old = _latest(results)
-    moved = ", ".join(_words(one.name) for one in _identified(trial) if _moved(old, one))
+    moved = _named(one for one in _identified(trial) if _moved(old, one))
     if moved:
         found.append(
             f"{moved}: outside the intervals of {day}. Was something changed "
             "on the vehicle (ballast, payload, propeller)?"
         )
-    off = ", ".join(_words(one.name) for one in _identified(trial) if _against_file(one))
+    off = _named(one for one in _identified(trial) if _against_file(one))
     if off:
         found.append(f"By this day's fit the vehicle file is off in: {off}.")
     return tuple(found)
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+def _named(found: Iterable[IdentifiedParameter]) -> str:
+    return ", ".join(one.name.replace("_", " ") for one in found)
 
 
 def _identified(trial: TrialDay) -> list[IdentifiedParameter]:

@@ -74,7 +74,7 @@ def _map_figure(allocation: AllocationMap) -> Figure:
         f"{percent(max(error.worst for error in allocation.compensated))}.",
         "One number for each speed, over surge, pitch and yaw demands within reach that need no "
         "thrust against the motion.",
-        (Panel("wrench error\n[% of range]", tuple(traces), height=1.9, log=True),),
+        (Panel("wrench error\n[% of range]", traces, height=1.9, log=True),),
         x_label="speed V  [m/s]",
     )
 
@@ -96,9 +96,7 @@ def validation_section(results: VehicleResults) -> Blocks:
     if validation is None:
         reason = results.missing.get("validation", "the stage has not run")
         # nothing is wrong: a vehicle may be described for its tables alone
-        raise CannotComputeError(
-            f"Not flown: {reason}" if results.vehicle.model is None else reason
-        )
+        raise CannotComputeError(reason if results.vehicle.model else f"Not flown: {reason}")
     yield Text(
         "Simulated with whole codes, lag and limits, flown by the bundled autopilot. It shows "
         "what the tables do, not how well the vehicle file's model is."
@@ -134,25 +132,19 @@ def validation_section(results: VehicleResults) -> Blocks:
         )
     yield Text(validation.power_text)
     yield explained(validation.explanations)
-    yield Details("What was flown", (_flown(validation),))
-
-
-def _flown(validation: AllocatorValidation) -> Text:
     axes = ("N on surge", "N on heave", "N m on pitch", "N m on yaw")
+    pushes = zip(validation.disturbance, axes, validation.disturbance_period_s, strict=True)
     pushed = [
-        f"{fixed(size, 1)} {axis} every {fixed(period, 1)} s"
-        for size, axis, period in zip(
-            validation.disturbance, axes, validation.disturbance_period_s, strict=True
-        )
-        if size > 0.0
+        f"{fixed(n, 1)} {of} every {fixed(period, 1)} s" for n, of, period in pushes if n > 0.0
     ]
-    return Text(
+    text = (
         f"Each keeping flight lasts {validation.flight_s:g} s and starts at its speed with the "
         "thrusters where the allocator puts them for the drag there. Sines push the vehicle: "
         f"{', '.join(pushed) or 'none'}. Commands every {validation.control_period_s:g} s. "
         f"Without compensation: {validation.mooring_inverse}; with it: "
         f"{validation.compensated_inverse}."
     )
+    yield Details("What was flown", (Text(text),))
 
 
 def _errors_figure(validation: AllocatorValidation) -> Figure:
@@ -164,15 +156,15 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
     )
     rows: list[list[Trace]] = [[], [], []]
     for variant, name, colour, mark in _VARIANTS:
+        own = [one for one in validation.keeping if one.variant == variant]
         kept, *errors = np.array(
             [
                 (o.speed_mps, o.speed_error_mps, o.heading_error_deg, 100 * o.depth_error_m)
-                for o in validation.keeping
-                if o.variant == variant
+                for o in own
             ]
         ).T
-        for row, own in zip(rows, errors, strict=True):
-            row.append(Trace(name, kept, own, colour, "both", mark=mark))
+        for row, error in zip(rows, errors, strict=True):
+            row.append(Trace(name, kept, error, colour, "both", mark=mark))
     return zoomable_figure(
         "fig-flight-errors",
         f"Told to keep {speed(at)} m/s, the vehicle misses by "
@@ -184,10 +176,7 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
         f"Root mean square over {validation.flight_s:g} s. The disturbance is the same at every "
         "speed and for everyone; ideal thrusters exert exactly the wrench that the autopilot "
         "wants, so their line is what the autopilot itself leaves.",
-        [
-            Panel(label, tuple(own), from_zero=True)
-            for label, own in zip(_LABELS, rows, strict=True)
-        ],
+        [Panel(label, own, from_zero=True) for label, own in zip(_LABELS, rows, strict=True)],
         x_label="speed to be kept V  [m/s]",
     )
 
@@ -210,7 +199,7 @@ def _traces_figure(validation: AllocatorValidation) -> Figure:
         f"At {speed(at)} m/s the mooring inverse lets the speed fall to {fixed(lowest, 2)} m/s "
         "before the integral of the autopilot makes up for it.",
         f"The flights at {speed(at)} m/s. Depth downwards from the one to be kept.",
-        [Panel(label, tuple(own)) for label, own in zip(_LABELS, rows, strict=True)],
+        [Panel(label, own) for label, own in zip(_LABELS, rows, strict=True)],
         x_label="time  [s]",
     )
 

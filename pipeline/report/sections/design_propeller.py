@@ -97,7 +97,7 @@ def _open_water_figure(found: PropellerDesign) -> Figure:
         f"{fixed(best.efficiency, 3)}.",
         f"B{best.blades}, P/D = {fixed(best.pitch_ratio, 3)}, A_E/A_0 = "
         f"{fixed(best.area_ratio, 3)}; dots: the operating point.",
-        (Panel("coefficients  [–]", tuple(traces), height=2.2, from_zero=True),),
+        (Panel("coefficients  [–]", traces, height=2.2, from_zero=True),),
         x_label="advance ratio J  [–]",
     )
 

@@ -151,7 +151,7 @@ def _pull_figure(found: TetherDesign) -> Figure:
         f"The cable pulls hardest at {fixed(worst[0], 0)} deg: {fixed(worst[1], 1)} N with the "
         f"flow '{found.variant}'.",
         f"Angle from Z (starboard) towards X (ahead).{more}",
-        (Panel("pull on the\nvehicle  [N]", tuple(traces), height=1.9, from_zero=True),),
+        (Panel("pull on the\nvehicle  [N]", traces, height=1.9, from_zero=True),),
         x_label="place on the edge, angle  [deg]",
     )
 
@@ -173,9 +173,6 @@ def _shapes_figure(found: TetherDesign) -> Figure:
         "The flow carries the slack of the cable away; the ends pull along the last metres of it.",
         "The garage is at zero; dots: the vehicle. Dashed: the footprint's edge. Above: from "
         f"above; below: from the side. Flow '{found.variant}'.",
-        (
-            Panel("Z, starboard  [m]", tuple(plan), height=1.9),
-            Panel("Y, up  [m]", tuple(side), height=1.3),
-        ),
+        (Panel("Z, starboard  [m]", plan, height=1.9), Panel("Y, up  [m]", side, height=1.3)),
         x_label="X, ahead  [m]",
     )

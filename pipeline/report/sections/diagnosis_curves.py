@@ -192,7 +192,7 @@ def _figure(
     errors = tuple(replace(own, values=one.measured - own.values) for own in drawn[1:])
     ends = _error_range(one, band)
     panels = (
-        Panel(f"{short_name(one.channel)}  [{one.unit}]", tuple(drawn), height=1.3),
+        Panel(f"{short_name(one.channel)}  [{one.unit}]", drawn, height=1.3),
         Panel(f"error  [{one.unit}]", errors, height=0.8, band=band, y_range=ends),
     )
     relative = one.channel in _ANGLES and not np.any(one.measured[np.isfinite(one.measured)])

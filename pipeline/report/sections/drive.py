@@ -16,10 +16,7 @@ from pipeline.report.results import VehicleResults, needed
 from pipeline.report.sections.tables import quality_line
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
-_BRANCHES: tuple[tuple[str, str, str], ...] = (
-    ("loading", "load rising", "o"),
-    ("unloading", "load falling", "^"),
-)
+_BRANCHES = (("loading", "load rising", "o"), ("unloading", "load falling", "^"))
 
 
 @chapter("drive", "Drive: torque against shaft speed and code")
@@ -28,7 +25,16 @@ def drive_section(results: VehicleResults) -> Blocks:
     record = results.load_test
     points = [p for p in record.points if not p.marks] if record is not None else []
     if results.drive is None and points:
-        yield _raw(points)
+        trace = _points("", points, plotting.BLUE)
+        yield zoomable_figure(
+            "fig-drive-raw",
+            f"The bench covers {general(trace.values.max())} N m and {fixed(trace.x.max(), 0)} rpm "
+            f"with {plural(len(points), 'point')}; they stand here as measured, nothing is fitted "
+            "to them.",
+            "Magnitudes of torque and shaft speed of every usable point.",
+            (Panel("torque M  [N m]", (trace,), height=1.8, from_zero=True),),
+            x_label="shaft speed n  [rpm]",
+        )
     fit = needed(results, "drive", results.drive)
     yield _family(fit, *fitted_points(record, fit))
     yield Text(quality_line("M(n, N)", fit.quality, "codes"))
@@ -72,26 +78,8 @@ def fitted_points(
 
 def _points(name: str, points: Sequence[LoadTestPoint], colour: str, mark: str = "o") -> Trace:
     """Magnitudes of torque over shaft speed."""
-    rpm, torque = (
-        np.array([abs(getattr(p, field)) for p in points])
-        for field in ("shaft_speed_rpm", "torque_nm")
-    )
+    rpm, torque = np.abs([(p.shaft_speed_rpm, p.torque_nm) for p in points]).T
     return Trace(name, rpm, torque, colour, "points", mark=mark)
-
-
-def _raw(points: Sequence[LoadTestPoint]) -> Figure:
-    """Draw what was measured, of a bench whose family cannot be fitted."""
-    fastest = max(abs(p.shaft_speed_rpm) for p in points)
-    strongest = max(abs(p.torque_nm) for p in points)
-    trace = _points("", points, plotting.BLUE)
-    return zoomable_figure(
-        "fig-drive-raw",
-        f"The bench covers {general(strongest)} N m and {fixed(fastest, 0)} rpm with "
-        f"{plural(len(points), 'point')}; they stand here as measured, nothing is fitted to them.",
-        "Magnitudes of torque and shaft speed of every usable point.",
-        (Panel("torque M  [N m]", (trace,), height=1.8, from_zero=True),),
-        x_label="shaft speed n  [rpm]",
-    )
 
 
 def _family(
@@ -102,8 +90,7 @@ def _family(
     ends = drive_torque(fit, np.array(top.shaft_speed_rpm), top.code)[0]
     factor = drive_factor(fit)
     shades = plotting.ordered_colours(len(fit.codes))
-    above: list[Trace] = []
-    below: list[Trace] = []
+    above, below = list[Trace](), list[Trace]()
     for spread, colour in zip(fit.codes, shades, strict=True):
         for branch, name, mark in _BRANCHES:
             own = [p for p in points if p.branch == branch and abs(p.code or 0.0) == spread.code]
@@ -115,8 +102,7 @@ def _family(
         rpm = np.linspace(*spread.shaft_speed_rpm, 60)
         torque, std = drive_torque(fit, rpm, spread.code)
         band = np.array([torque - factor * std, torque + factor * std])
-        line = Trace("surface", rpm, torque, colour, band=band, end=code(spread.code))
-        above.append(line)
+        above.append(Trace("surface", rpm, torque, colour, band=band, end=code(spread.code)))
     if outliers:
         above.append(_points("outlier", outliers, plotting.VERMILLION, "x"))
     return zoomable_figure(
@@ -129,8 +115,8 @@ def _family(
         "Mechanical characteristics (fig. 4, b of Kostenko 2023); the number at a line is its "
         "code. Bands: 95 % of the surface. Reverse sweeps are shown by their magnitudes.",
         (
-            Panel("torque M  [N m]", tuple(above), height=2.0, from_zero=True),
-            Panel("left over\n[mN m]", tuple(below), height=0.8, band=0.0),
+            Panel("torque M  [N m]", above, height=2.0, from_zero=True),
+            Panel("left over\n[mN m]", below, height=0.8, band=0.0),
         ),
         x_label="shaft speed n  [rpm]",
     )
@@ -139,22 +125,19 @@ def _family(
 def _intervals(fit: DriveFit) -> Text:
     """Say what the intervals count as independent."""
     terms = len(fit.coefficients)
-    if not fit.clustered:
-        text = (
-            f"The {fit.clusters} sweeps are too few for the {terms} terms of the "
-            "surface, so the covariance could not be clustered by sweep: it counts the points of a "
-            "sweep as independent, and all intervals that rest on it are too narrow."
-        )
-    elif fit.clusters < SWEEPS_PER_TERM * terms:
-        text = (
-            f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
-            f"two for each of the {terms} terms of the surface: the 95 % intervals "
-            "that rest on it hold the truth less often than that. Measure more codes, both "
-            "branches, or a second drive."
-        )
-    else:
+    if fit.clustered and fit.clusters >= SWEEPS_PER_TERM * terms:
         return Text(
             f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "
             "sweep go together."
         )
-    return Text(text, tone="warning")
+    return Text(
+        f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
+        f"two for each of the {terms} terms of the surface: the 95 % intervals "
+        "that rest on it hold the truth less often than that. Measure more codes, both "
+        "branches, or a second drive."
+        if fit.clustered
+        else f"The {fit.clusters} sweeps are too few for the {terms} terms of the "
+        "surface, so the covariance could not be clustered by sweep: it counts the points of a "
+        "sweep as independent, and all intervals that rest on it are too narrow.",
+        tone="warning",
+    )

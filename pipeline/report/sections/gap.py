@@ -39,12 +39,10 @@ def gap_section(results: VehicleResults) -> Blocks:
     """Compare thrust at rest by both routes, each sign apart."""
     needed(results, "mooring", results.mooring)
     static = needed(results, "static", results.static)
-    points = mooring_points_of_tables(results)
-    gaps = code_gaps(points, static, results.drive)
+    gaps = code_gaps(mooring_points_of_tables(results), static, results.drive)
     if not gaps:
-        raise CannotComputeError(
-            "no code of the mooring test has a calculated working point at rest."
-        )
+        none = "no code of the mooring test has a calculated working point at rest."
+        raise CannotComputeError(none)
     worst = max(gaps, key=lambda gap: abs(gap.gap_n))
     outside = sum(abs(gap.gap_n) > gap.half_width_n for gap in gaps)
     largest = f"{fixed(abs(worst.gap_n), 2)} N at code {code(worst.code)}"
@@ -58,7 +56,7 @@ def gap_section(results: VehicleResults) -> Blocks:
         else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
         " N, inside their 95 % intervals at every code."
     )
-    yield _figure(points, static, gaps, static_factor(static, results.drive))
+    yield _figure(results, static, gaps)
     yield Text(said, tone="warning" if outside else "plain")
     yield Table.of(
         "Thrust at rest by both routes",
@@ -77,14 +75,18 @@ def code_gaps(
     row = speed_index(static.speed_mps, 0.0)
     if row is None:
         return ()
-    used = [p for p in points if p.code != 0]
-    scatter = _scatter(used)
+    used = {p.code for p in points if p.code != 0}
+    by_code = {own: np.array([p.thrust_n for p in points if p.code == own]) for own in sorted(used)}
+    # of the points about their code's mean, pooled
+    squares = sum(float(np.sum((own - np.mean(own)) ** 2)) for own in by_code.values())
+    freedom = sum(len(own) - 1 for own in by_code.values())
+    scatter = float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
     gaps = []
-    for value in sorted({p.code for p in used}):
+    for value, measured in by_code.items():
         calculated = float(static_thrust(static, row, abs(value)))
         if not calculated > 0 or abs(value) > static.code[-1]:
             continue
-        thrust = [float(np.sign(value)) * p.thrust_n for p in used if p.code == value]
+        thrust = float(np.sign(value)) * measured
         half = np.hypot(
             static_factor(static, drive) * float(static_std(static, row, value)),
             NORMAL_95 * scatter / np.sqrt(len(thrust)),
@@ -93,21 +95,8 @@ def code_gaps(
     return tuple(gaps)
 
 
-def _scatter(points: Sequence[MooringPoint]) -> float:
-    """Return the standard deviation of the mooring points about their code's mean, pooled."""
-    by_code: dict[float, list[float]] = {}
-    for point in points:
-        by_code.setdefault(point.code, []).append(point.thrust_n)
-    squares = sum(float(np.sum((np.array(v) - np.mean(v)) ** 2)) for v in by_code.values())
-    freedom = sum(len(v) - 1 for v in by_code.values())
-    return float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
-
-
 def _figure(
-    points: Sequence[MooringPoint],
-    static: StaticCharacteristic,
-    gaps: tuple[CodeGap, ...],
-    factor: float,
+    results: VehicleResults, static: StaticCharacteristic, gaps: Sequence[CodeGap]
 ) -> Figure:
     """Draw thrust at rest by both routes, and below what lies between them."""
     top, bottom = (pick(gaps, key=lambda gap: gap.code) for pick in (max, min))
@@ -119,11 +108,12 @@ def _figure(
     row = speed_index(static.speed_mps, 0.0) or 0
     grid = np.linspace(-static.code[-1], static.code[-1], 401)
     thrust = static_thrust(static, row, grid)
-    half = factor * static_std(static, row, grid)
+    half = static_factor(static, results.drive) * static_std(static, row, grid)
     band = np.array([thrust - half, thrust + half])
     above = [Trace("calculated at rest", grid, thrust, plotting.BLUE, band=band)]
     for sweep, way, mark in (("up", "rising", "^"), ("down", "falling", "v")):
-        own = np.array([(p.code, p.thrust_n) for p in points if p.sweep == sweep]).T
+        points = [p for p in mooring_points_of_tables(results) if p.sweep == sweep]
+        own = np.array([(p.code, p.thrust_n) for p in points]).T
         if own.size:
             name = f"mooring test, |N| {way}"
             above.append(Trace(name, own[0], own[1], plotting.VERMILLION, "points", mark=mark))
@@ -140,6 +130,6 @@ def _figure(
         f"The largest gap, {fixed(abs(worst.gap_n), 2)} N, is at code {code(worst.code)}.",
         "Thrust at rest (fig. 7, a of Kostenko 2023). Below, as magnitudes: mean of the mooring "
         "points at each code less the calculation; band: 95 % of both.",
-        (Panel("thrust T  [N]", tuple(above), height=1.8), Panel("gap  [N]", below, height=0.9)),
+        (Panel("thrust T  [N]", above, height=1.8), Panel("gap  [N]", below, height=0.9)),
         x_label="code N  [–]",
     )

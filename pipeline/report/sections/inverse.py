@@ -5,13 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.physics.propeller import polynomial
-from pipeline.records.fits import (
-    FirmwareCharacteristic,
-    InverseCharacteristic,
-    PolynomialFit,
-    SpeedInverse,
-    StaticCharacteristic,
-)
+from pipeline.records import fits
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Heading, Table, Text, chapter
 from pipeline.report.curves import family_code, fit_panels, speed_index, static_thrust, table4_code
@@ -22,7 +16,7 @@ from pipeline.report.sections.tables import THRUST_FROM_N
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4
 
-Side = tuple[str, int, PolynomialFit, Sequence[float] | None]
+Side = tuple[str, int, fits.PolynomialFit, Sequence[float] | None]
 
 
 @chapter("inverse", "Code from thrust, Tables 3 and 4")
@@ -48,27 +42,22 @@ def inverse_section(results: VehicleResults) -> Blocks:
                 f"{fixed(ours, 2)} N."
             )
     if inverse.firmware is not None:
-        yield from _firmware(inverse.firmware)
+        ahead, astern = inverse.firmware.positive, inverse.firmware.negative
+        yield Text(
+            f"For each sign of thrust the firmware holds the largest thrust at "
+            f"{plural(len(ahead.speed_mps), 'speed')} and the code at {len(ahead.fraction)} "
+            "fractions of it, linear in between, so that N(T, V) and T(N, V) are exact inverses "
+            "of each other and rise together. "
+            f"At and below {fixed(inverse.firmware.thrust_dead_n, 2)} N it sends code 0."
+        )
+        sides = {"Positive": ahead.against_motion, "Negative": astern.against_motion}
+        each = tuple(f"{sign} thrust: {text}" for sign, text in sides.items())
+        yield Bullets(each if len({*sides.values()}) > 1 else (ahead.against_motion,))
     yield tables.explained(inverse.explanations)
 
 
-def _firmware(firmware: FirmwareCharacteristic) -> Blocks:
-    ahead, astern = firmware.positive, firmware.negative
-    sides = {"Positive": ahead, "Negative": astern}
-    against = tuple(f"{sign} thrust: {own.against_motion}" for sign, own in sides.items())
-    same = ahead.against_motion == astern.against_motion
-    yield Text(
-        f"For each sign of thrust the firmware holds the largest thrust at "
-        f"{plural(len(ahead.speed_mps), 'speed')} and the code at {len(ahead.fraction)} "
-        "fractions of it, linear in between, so that N(T, V) and T(N, V) are exact inverses "
-        "of each other and rise together. "
-        f"At and below {fixed(firmware.thrust_dead_n, 2)} N it sends code 0."
-    )
-    yield Bullets((ahead.against_motion,) if same else against)
-
-
 def _table3(
-    results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable3 | None
+    results: VehicleResults, inverse: fits.InverseCharacteristic, published: PublishedTable3 | None
 ) -> Blocks:
     both = (
         ("positive", 1, inverse.table3_positive, published.positive if published else None),
@@ -102,8 +91,7 @@ def _table3(
 
 def _at_rest(sides: Sequence[Side]) -> Figure:
     """Draw N(T) at rest for both signs of thrust, with residuals below."""
-    above: list[Trace] = []
-    below: list[Trace] = []
+    above, below = list[Trace](), list[Trace]()
     for name, sign, fit, printed in sides:
         colour = plotting.VERMILLION if sign > 0 else plotting.PURPLE
         curves, left = fit_panels(fit, f"{name} thrust", colour, printed)
@@ -123,8 +111,8 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
         "Inverse mooring characteristic (fig. 9 of Kostenko 2023). Below: measured less fitted "
         "code.",
         (
-            Panel("code N  [–]", tuple(above), height=2.0),
-            Panel("residual  [–]", tuple(below), height=0.7, band=0.0),
+            Panel("code N  [–]", above, height=2.0),
+            Panel("residual  [–]", below, height=0.7, band=0.0),
         ),
         x_label="thrust T at rest  [N]",
     )
@@ -133,33 +121,26 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
 def _table3_sentence(sides: Sequence[Side]) -> str:
     parts = []
     for name, sign, fit, printed in sides:
-        thrust = np.linspace(tables.THRUST_FROM_N, max(map(abs, fit.quality.valid_range)), 400)
-        found = printed and tables.largest(
-            thrust, tables.fit_difference(fit, printed, sign * thrust)
-        )
+        at = np.linspace(THRUST_FROM_N, max(map(abs, fit.quality.valid_range)), 400)
+        found = printed and tables.largest(at, tables.fit_difference(fit, printed, sign * at))
         if found:
             codes, at_n = (fixed(found[0], 2), fixed(found[1], 1))
             parts.append(f"{codes} codes for {name} thrust (at {at_n} N)")
     return (
-        f"Over {tables.THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from "
-        f"the published one by at most {' and '.join(parts)}."
+        f"Over {THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from the "
+        f"published one by at most {' and '.join(parts)}."
     )
 
 
 def _table4(
-    results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable4 | None
+    results: VehicleResults, inverse: fits.InverseCharacteristic, published: PublishedTable4 | None
 ) -> Blocks:
     rows = inverse.table4
     if not rows:
         reason = missing_reasons(results).get("static", "there is no static family.")
         yield Text(f"Table 4 was not computed: {reason}", tone="warning")
         return
-    columns = [
-        tables.Column(
-            r.speed_mps, r.coefficients, r.ci95, tables.printed_row(published, r.speed_mps)
-        )
-        for r in rows
-    ]
+    columns = [tables.column(r.speed_mps, r, published) for r in rows]
     common = any(one.printed is not None for one in columns)
     names = [f"K_N{i}" for i in range(4)]
     printed_n = dict(zip(published.speed_mps, published.T_max_n, strict=True) if published else ())
@@ -192,7 +173,9 @@ def _table4(
 
 
 def _under_way(
-    rows: Sequence[SpeedInverse], static: StaticCharacteristic, published: PublishedTable4 | None
+    rows: Sequence[fits.SpeedInverse],
+    static: fits.StaticCharacteristic,
+    published: PublishedTable4 | None,
 ) -> Figure:
     """Draw N(T, V): the family, the cubic of Table 4, the published cubic."""
     shared = min(row.thrust_max_n for row in rows)
@@ -204,10 +187,9 @@ def _under_way(
     if index is not None:
         thrust = float(static_thrust(static, index, first))
         kept = f"; the code found at rest gives {fixed(thrust, 1)} N at {speed(fastest)} m/s"
-    above: list[Trace] = []
-    below: list[Trace] = []
+    above, below = list[Trace](), list[Trace]()
     for row, colour in zip(rows, plotting.ordered_colours(len(rows)), strict=True):
-        own = np.linspace(min(tables.THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
+        own = np.linspace(min(THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
         cubic = table4_code(row.coefficients, own)
         above.append(Trace(f"{speed(row.speed_mps)} m/s", own, cubic, colour))
         family = family_code(static, row.speed_mps, own)
@@ -225,23 +207,22 @@ def _under_way(
         "Inverse family (fig. 10 of Kostenko 2023). Solid: cubic of Table 4; dots: the family "
         "itself; dashed: published Table 4. Below, in codes: how far the cubic is off the family.",
         (
-            Panel("code N  [–]", tuple(above), height=2.0, from_zero=True),
-            Panel("off the\nfamily  [–]", tuple(below), height=0.7, band=0.0),
+            Panel("code N  [–]", above, height=2.0, from_zero=True),
+            Panel("off the\nfamily  [–]", below, height=0.7, band=0.0),
         ),
         x_label="thrust T  [N]",
     )
 
 
-def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -> str:
+def _table4_sentence(rows: Sequence[fits.SpeedInverse], published: PublishedTable4) -> str:
     found = []
     for row in rows:
-        thrust = np.linspace(tables.THRUST_FROM_N, row.thrust_max_n, 400)
+        thrust = np.linspace(THRUST_FROM_N, row.thrust_max_n, 400)
         worst = tables.largest(thrust, tables.table4_difference(row, published, thrust))
         if worst is not None:
             found.append((*worst, row.speed_mps))
     if not found:
-        least = f"{tables.THRUST_FROM_N} N"
-        return f"Our Table 4 and the published one have no thrust over {least} in common."
+        return f"Our Table 4 and the published one have no thrust over {THRUST_FROM_N} N in common."
     codes, at_n, at_mps = max(found)
     return (
         f"Our Table 4 differs from the published one by at most {fixed(codes, 1)} codes "
@@ -249,7 +230,7 @@ def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -
     )
 
 
-def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -> Table:
+def _round_trip_table(results: VehicleResults, inverse: fits.InverseCharacteristic) -> Table:
     tabulated = results.vehicle.tables.speed_mps
     rows = [r for r in inverse.round_trip if speed_index(tabulated, r.speed_mps) is not None]
     others = [r for r in inverse.round_trip if r not in rows]
@@ -262,7 +243,7 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
         else ""
     )
     return Table.of(
-        f"Largest error of T(N(T, V), V) over {tables.THRUST_FROM_N} N < T ≤ T_max",
+        f"Largest error of T(N(T, V), V) over {THRUST_FROM_N} N < T ≤ T_max",
         rows,
         lambda row: {
             "Speed, m/s": speed(row.speed_mps),

@@ -8,15 +8,9 @@ from pipeline.physics.propeller import efficiency, polynomial
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
 from pipeline.records.measurements import OpenWaterRecord
+from pipeline.report import curves as values
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Figure, Text, chapter
-from pipeline.report.curves import (
-    drive_torque,
-    efficiency_curve,
-    fit_panels,
-    shown_speeds,
-    speed_index,
-)
 from pipeline.report.numbers import code, fixed, general, percent, speed
 from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections import tables
@@ -34,14 +28,6 @@ def propeller_section(results: VehicleResults) -> Blocks:
     fit = needed(results, "propeller", results.propeller)
     published = results.vehicle.published.table1 if results.vehicle.published else None
     yield _curves_figure(fit, results.open_water, published)
-    yield from _table1(fit, published)
-    for name, curve in (("K_T", fit.thrust), ("K_M", fit.torque)):
-        yield Text(tables.quality_line(name, curve.quality, "J"))
-        if curve.quality.order_reason:
-            yield Text(curve.quality.order_reason)
-
-
-def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> Blocks:
     curves = {
         "K_T": (fit.thrust, published.KT if published else None),
         "K_M": (fit.torque, published.KM if published else None),
@@ -63,6 +49,10 @@ def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> Blocks:
     if off:
         over = f"Against the published curves over J = 0 to {COMPARED_TO_J}"
         yield Text(f"{over}: {', '.join(off)}. {tables.share_inside(rows)}")
+    for name, (curve, _) in curves.items():
+        yield Text(tables.quality_line(name, curve.quality, "J"))
+        if curve.quality.order_reason:
+            yield Text(curve.quality.order_reason)
 
 
 def _curves_figure(
@@ -70,7 +60,7 @@ def _curves_figure(
 ) -> Figure:
     lows, highs = zip(*(own.quality.valid_range for own in (fit.thrust, fit.torque)), strict=True)
     j = np.linspace(min(lows), max(highs), 200)
-    eta = efficiency_curve(fit, j)
+    eta = values.efficiency_curve(fit, j)
     best = int(np.nanargmax(eta)) if np.isfinite(eta).any() else None
     k_t = polynomial(j, np.asarray(fit.thrust.coefficients))
     best_text = (
@@ -79,9 +69,21 @@ def _curves_figure(
         else ""
     )
     k_t_printed, k_m_printed = (published.KT, published.KM) if published else (None, None)
-    thrust, left_t = fit_panels(fit.thrust, "K_T", plotting.BLUE, k_t_printed)
-    torque, left_m = fit_panels(fit.torque, "10 K_M", plotting.VERMILLION, k_m_printed, scale=10.0)
-    curves = (*thrust, *torque, Trace("efficiency", j, eta, plotting.GREEN), *_measured(record))
+    thrust, left_t = values.fit_panels(fit.thrust, "K_T", plotting.BLUE, k_t_printed)
+    torque, left_m = values.fit_panels(
+        fit.torque, "10 K_M", plotting.VERMILLION, k_m_printed, scale=10.0
+    )
+    # of the single points
+    useful = np.array(
+        [
+            (p.advance_ratio, p.thrust_coefficient, p.torque_coefficient)
+            for p in (record.points if record is not None else ())
+            if not p.marks and min(p.thrust_coefficient or 0.0, p.torque_coefficient or 0.0) > 0.0
+        ]
+    ).reshape(-1, 3)
+    measured = Trace("", useful[:, 0], efficiency(*useful.T), plotting.GREEN, "points")
+    curves = (*thrust, *torque, Trace("efficiency", j, eta, plotting.GREEN))
+    curves = (*curves, measured) if len(useful) else curves
     return zoomable_figure(
         "fig-propeller",
         f"K_T falls from {fixed(float(k_t[0]), 3)} to {fixed(float(k_t[-1]), 3)} between "
@@ -95,20 +97,6 @@ def _curves_figure(
         ),
         x_label="advance ratio J  [–]",
     )
-
-
-def _measured(record: OpenWaterRecord | None) -> tuple[Trace, ...]:
-    """Efficiency of the single points."""
-    points = [
-        (p.advance_ratio, p.thrust_coefficient, p.torque_coefficient)
-        for p in (record.points if record is not None else ())
-        if not p.marks and p.thrust_coefficient is not None and p.torque_coefficient is not None
-    ]
-    useful = [(j, k_t, k_m) for j, k_t, k_m in points if k_t > 0 and k_m > 0]
-    if not useful:
-        return ()
-    j, k_t, k_m = (np.array(column) for column in zip(*useful, strict=True))
-    return (Trace("", j, efficiency(j, k_t, k_m), plotting.GREEN, "points"),)
 
 
 #: Working point of one code: speed, rpm, torque, thrust, status.
@@ -143,21 +131,22 @@ def _meeting_figure(
     static: StaticCharacteristic | None = None,
 ) -> Figure:
     """Draw torque and thrust of the propeller, the drive's lines and where they meet."""
-    codes = _shown_codes(drive)
+    every = [spread.code for spread in drive.codes] if drive else []
+    picked = np.unique(np.linspace(0, len(every) - 1, min(6, len(every))).round().astype(int))
+    codes = [every[index] for index in picked]
     points = {own: _points_at(static, own, speeds) if static else [] for own in codes}
     rpm = _shaft_speeds(model, speeds, drive, [p for own in points.values() for p in own])
-    torque: list[Trace] = []
-    thrust: list[Trace] = []
+    torque, thrust = list[Trace](), list[Trace]()
     colours = dict(zip(speeds, plotting.ordered_colours(len(speeds)), strict=True))
     for speed_mps, colour in colours.items():
-        for values, traces in ((model.torque_nm, torque), (model.thrust_n, thrust)):
-            own = values(rpm / 60.0, speed_mps)
+        for of, traces in ((model.torque_nm, torque), (model.thrust_n, thrust)):
+            own = of(rpm / 60.0, speed_mps)
             shown = np.where(own > 0, own, np.nan)
             traces.append(Trace(f"{speed(speed_mps)} m/s", rpm, shown, colour))
     for spread in drive.codes if drive else ():
         if drive and spread.code in codes:
             n = np.linspace(*spread.shaft_speed_rpm, 60)
-            own = drive_torque(drive, n, spread.code)[0]
+            own = values.drive_torque(drive, n, spread.code)[0]
             torque.append(Trace("drive", n, own, plotting.SOFT, width=1.6, end=code(spread.code)))
     for found in points.values():
         for column, traces in ((2, torque), (3, thrust)):
@@ -174,7 +163,7 @@ def _meeting_figure(
         "beside it, over the shaft speeds of the bench; coloured: propeller at each speed; "
         "circles: working points (open where extrapolated).",
         tuple(
-            Panel(label, tuple(traces), height=1.7, y_range=None if end is None else (0.0, end))
+            Panel(label, traces, height=1.7, y_range=None if end is None else (0.0, end))
             for label, traces, end in zip(
                 ("torque M  [N m]", "thrust T  [N]"), (torque, thrust), highest, strict=True
             )
@@ -227,25 +216,17 @@ def _meeting_lead(
     )
 
 
-def _shown_codes(drive: DriveFit | None) -> list[float]:
-    if drive is None:
-        return []
-    codes = [spread.code for spread in drive.codes]
-    picked = np.unique(np.linspace(0, len(codes) - 1, min(6, len(codes))).round().astype(int))
-    return [codes[index] for index in picked]
-
-
 def _points_at(
     static: StaticCharacteristic, at_code: float, speeds: Sequence[float]
 ) -> list[Point]:
-    column = speed_index(static.code, at_code)
+    column = values.speed_index(static.code, at_code)
     points: list[Point] = []
     if column is None:
         return points
-    for speed_mps, row in shown_speeds(static, speeds):
+    for speed_mps, row in values.shown_speeds(static, speeds):
         status = static.status[row][column]
         if status in {"live", "extrapolated"}:
-            values = (static.shaft_speed_rpm, static.torque_nm, static.thrust_n)
-            rpm, torque, thrust = (table[row][column] for table in values)
+            found = (static.shaft_speed_rpm, static.torque_nm, static.thrust_n)
+            rpm, torque, thrust = (table[row][column] for table in found)
             points.append((speed_mps, rpm, torque, thrust, status))
     return points

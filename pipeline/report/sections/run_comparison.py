@@ -100,8 +100,22 @@ def comparison_section(results: RunResults) -> Blocks:
     for one in trial.channels:
         own = _series(one, results.measured, results.windows, results.free)
         by_quantity.setdefault(one.quantity, []).append(own)
-    end, detail = float(results.measured.time_s[-1]), resolution_of(results)
-    figures = {name: _figure(name, series, end, detail) for name, series in by_quantity.items()}
+    figures = {
+        name: zoomable_figure(
+            figure_name(name),
+            _lead(name, series),
+            f"{TITLES[name]}. Black (white on a dark page): readings. Blue: predicted from the "
+            "commands, time and again from a start that was estimated just before. Orange: one "
+            "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
+            "less prediction; the grey band is twice the sensor's noise where the vehicle file "
+            "states it.",
+            [panel for one in series for panel in _panels(one)],
+            x_label=TIME_LABEL,
+            x_axis=Axis(ends=(0.0, float(results.measured.time_s[-1]))),
+            resolution=resolution_of(results),
+        )
+        for name, series in by_quantity.items()
+    }
     # one panel a channel: heights differ by a factor of five
     first, rest = (
         Gallery(tuple(o for name, o in figures.items() if (name in FIRST) is wanted), level=False)
@@ -149,23 +163,6 @@ def resolution_of(results: RunResults) -> Resolution:
     """Share the page's points among all of its curves."""
     channels = len(results.trial.channels) if results.trial is not None else 0
     return Resolution.shared(CURVES * channels + len(results.vehicle.thrusters))
-
-
-def _figure(quantity: str, series: list[_Series], last_s: float, detail: Resolution) -> Figure:
-    """Draw a quantity: above measured, predicted over windows and flown freely; below the error."""
-    return zoomable_figure(
-        figure_name(quantity),
-        _lead(quantity, series),
-        f"{TITLES[quantity]}. Black (white on a dark page): readings. Blue: predicted from the "
-        "commands, time and again from a start that was estimated just before. Orange: one "
-        "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
-        "less prediction; the grey band is twice the sensor's noise where the vehicle file states "
-        "it.",
-        [panel for one in series for panel in _panels(one)],
-        x_label=TIME_LABEL,
-        x_axis=Axis(ends=(0.0, last_s)),
-        resolution=detail,
-    )
 
 
 def figure_name(quantity: str) -> str:

@@ -25,5 +25,5 @@ def slope_figure(found: StraightLineIdentification) -> Markup:
         level = acceleration.mean() + (ends - thrust.mean()) / mass
         traces.append(Trace(label, ends, level, colour))
     said = f"acceleration against thrust, {found.axis}, {len(found.segments)} straight stretches"
-    panel = Panel("acceleration  [m/s²]", tuple(traces), height=2.0)
+    panel = Panel("acceleration  [m/s²]", traces, height=2.0)
     return zoomable_figure("slope", "", said, [panel], x_label="thrust along the axis  [N]").svg

@@ -13,7 +13,6 @@ from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with
 from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
 from pipeline.report.sections import tables
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
-from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable2
 
 
@@ -23,12 +22,7 @@ def static_section(results: VehicleResults) -> Blocks:
     static = needed(results, "static", results.static)
     published = results.vehicle.published
     table2 = published.table2 if published else None
-    columns = [
-        tables.Column(
-            r.speed_mps, r.fit.coefficients, r.fit.ci95, tables.printed_row(table2, r.speed_mps)
-        )
-        for r in static.table2
-    ]
+    columns = [tables.column(r.speed_mps, r.fit, table2) for r in static.table2]
     rows = [row for one in columns for row in one.coefficients(("K_F0", "K_F1", "K_F2"))]
     dead = (
         "dead zone to code",
@@ -73,8 +67,8 @@ def _family(
     grid, most = np.asarray(static.code), static.code[-1]
     first, last = speeds[0], speeds[-1]
     factor = static_factor(static, results.drive)
-    above: list[Trace] = []
-    below: list[Trace] = []
+    above, below = list[Trace](), list[Trace]()
+    ours = {r.speed_mps: r.fit.coefficients for r in static.table2}
     colours = plotting.ordered_colours(len(speeds))
     for (speed_mps, row), colour in zip(speeds, colours, strict=True):
         thrust, status = np.asarray(static.thrust_n[row]), np.asarray(static.status[row])
@@ -86,20 +80,30 @@ def _family(
         above.append(Trace(f"{speed(speed_mps)} m/s", grid, live, colour, width=2.0, band=band))
         if np.isfinite(beyond).any():
             above.append(Trace("", grid, beyond, colour, dash="dot"))
-        other = _other(static, speed_mps, published)
-        if other is None:
+        # of the published Table 2, or of our own where none is published
+        coefficients = (
+            tables.printed_row(published, speed_mps) if published else ours.get(speed_mps)
+        )
+        if coefficients is None:
             continue
+        other = table2_thrust(coefficients, static.code)
         if published is not None:
             shown = np.where(other > 0, other, np.nan)
             above.append(Trace("published", grid, shown, plotting.INK, dash="dash"))
         scored = (other if published is not None else thrust) > tables.THRUST_FROM_N
         off = thrust - other if published is not None else other - thrust
         below.append(Trace("", grid, np.where(scored, off, np.nan), colour))
+    at_top = [abs(p.thrust_n) for p in mooring_points_of_tables(results) if p.code >= 0.99 * most]
+    promise = (
+        f"the mooring test alone would promise {fixed(float(np.mean(at_top)), 1)} N throughout."
+        if at_top
+        else "a table taken at rest would promise the first value throughout."
+    )
     return zoomable_figure(
         "fig-static-family",
         f"Thrust at code {code(most)} falls from {fixed(static.thrust_n[first[1]][-1], 1)} to "
         f"{fixed(static.thrust_n[last[1]][-1], 1)} N between {speed(first[0])} and "
-        f"{speed(last[0])} m/s; {_mooring_promise(results, most)}",
+        f"{speed(last[0])} m/s; {promise}",
         "Static family (fig. 7, b of Kostenko 2023). Solid: working points within the bench's "
         "range; dotted: extrapolated; at zero: dead zone; bands: 95 %. Thrust and motion have the "
         "same sign. "
@@ -109,29 +113,11 @@ def _family(
             else "Below: our quadratic Table 2 less the family."
         ),
         (
-            Panel("thrust T  [N]", tuple(above), height=2.0, from_zero=True),
-            Panel("difference\n[N]", tuple(below), height=0.7, band=0.0),
+            Panel("thrust T  [N]", above, height=2.0, from_zero=True),
+            Panel("difference\n[N]", below, height=0.7, band=0.0),
         ),
         x_label="code N  [–]",
     )
-
-
-def _other(
-    static: StaticCharacteristic, speed_mps: float, published: PublishedTable2 | None
-) -> FloatArray | None:
-    """Thrust of the published Table 2, or of our own where none is published."""
-    row = tables.printed_row(published, speed_mps)
-    if published is None:
-        own = (r for r in static.table2 if abs(r.speed_mps - speed_mps) < 1e-6)
-        row = next((one.fit.coefficients for one in own), None)
-    return None if row is None else table2_thrust(row, static.code)
-
-
-def _mooring_promise(results: VehicleResults, most: float) -> str:
-    at_top = [abs(p.thrust_n) for p in mooring_points_of_tables(results) if p.code >= 0.99 * most]
-    if not at_top:
-        return "a table taken at rest would promise the first value throughout."
-    return f"the mooring test alone would promise {fixed(float(np.mean(at_top)), 1)} N throughout."
 
 
 def _edge(printed: Sequence[float]) -> str:
@@ -142,12 +128,12 @@ def _edge(printed: Sequence[float]) -> str:
 
 def _against_published(static: StaticCharacteristic, published: PublishedTable2) -> str:
     worst: dict[str, tuple[float, float, float]] = {}
-    common = False
-    for name, at_speed, difference in tables.table2_differences(static, published, static.code):
-        common, found = True, tables.largest(static.code, difference)
+    every = list(tables.table2_differences(static, published, static.code))
+    for name, at_speed, difference in every:
+        found = tables.largest(static.code, difference)
         if found is not None:
             worst[name] = max(worst.get(name, (0.0, 0.0, 0.0)), (*found, at_speed))
-    if not common:
+    if not every:
         return "The published Table 2 has no speed in common with ours."
     sentences = [
         f"{name} differs by at most {fixed(size, 2)} N (at code {code(at)}, {speed(at_speed)} m/s)"
@@ -163,8 +149,7 @@ def _largest_code(
     static: StaticCharacteristic, published: Published | None, inverse: InverseCharacteristic | None
 ) -> Table:
     most = static.code[-1]
-    table2 = published.table2 if published else None
-    table4 = published.table4 if published else None
+    table2, table4 = (published.table2, published.table4) if published else (None, None)
     rows, gaps = [], []
     for row in static.table2:
         value, interval = with_interval(row.thrust_max_n, largest_thrust_interval(row, inverse))

@@ -152,6 +152,15 @@ class Column:
         return coefficients(named, self.values, self.intervals, self.printed)
 
 
+def column(
+    speed_mps: float,
+    own: PolynomialFit | SpeedInverse,
+    table: PublishedTable2 | PublishedTable4 | None,
+) -> Column:
+    """Return what was fitted at a speed, beside what a table has for it."""
+    return Column(speed_mps, own.coefficients, own.ci95, printed_row(table, speed_mps))
+
+
 #: Name, our cells, and the printed ones.
 PaperRow = tuple[str, Sequence[str], Sequence[str]]
 
@@ -226,7 +235,9 @@ def _published_cells(one: Coefficient) -> dict[str, str]:
 def quality_line(name: str, quality: FitQuality, variable: str) -> str:
     """One sentence: points, spread, R2, validity range."""
     unit = "" if quality.unit == "1" else f" {quality.unit}"
-    low, high = (_short(end) for end in quality.valid_range)
+    low, high = (
+        fixed(end, 0) if float(end).is_integer() else general(end, 3) for end in quality.valid_range
+    )
     outliers = len(quality.outliers)
     left = f", {plural(outliers, 'outlier')} named and not fitted" if outliers else ""
     return (
@@ -234,10 +245,6 @@ def quality_line(name: str, quality: FitQuality, variable: str) -> str:
         f"{general(quality.residual_std, 3)}{unit}; R² {quality.r_squared:.5f}; valid for "
         f"{variable} from {low} to {high}."
     )
-
-
-def _short(value: float) -> str:
-    return fixed(value, 0) if float(value).is_integer() else general(value, 3)
 
 
 def explained(texts: Sequence[str]) -> Block | None:

@@ -59,6 +59,8 @@ def has_trend(results: VehicleResults) -> bool:
 #: A longer line, or more of them, does not stand beside its panel.
 LONGEST_LABEL, MOST_LINES = 14, 2
 
+#: Names of days that stand side by side.
+_MOST_NAMES = 12
 #: The figure shows at most so many parameters; the tables of the days have all.
 MOST_DRAWN = 24
 TREND_TITLE = "Trend over the trial days"
@@ -94,12 +96,17 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
 
 def _figure(days: Days, names: tuple[str, ...]) -> Figure:
     """Draw value and interval of each parameter for every day, the vehicle file's value behind."""
-    moved = [name for name in names if _moved(days, name)]
+    # an older day that tells the parameter is not the trial day before
+    before, now = list(days.values())[-2:]
+    moved = [o for o in names if o in before and o in now and apart(before[o], now[o])]
     lead = (
         f"Since the trial day before, {', '.join(moved)} moved out of the intervals."
         if moved
         else "No parameter's interval lies wholly outside that of the trial day before."
     )
+    # names that could not be read side by side are left out; the last one stays
+    step, last = -(-len(days) // _MOST_NAMES), len(days) - 1
+    shown = tuple(day if (last - at) % step == 0 else "" for at, day in enumerate(days))
     return zoomable_figure(
         "fig-trend",
         lead,
@@ -108,15 +115,8 @@ def _figure(days: Days, names: tuple[str, ...]) -> Figure:
         "value and its 95 % range, as far as the axis reaches.",
         tuple(_panel(days, name) for name in names),
         x_label="trial day",
-        x_axis=Axis(ends=(-0.4, len(days) - 0.6), names=_thinned_names(tuple(days))),
+        x_axis=Axis(ends=(-0.4, len(days) - 0.6), names=shown),
     )
-
-
-def _thinned_names(names: tuple[str, ...], most: int = 12) -> tuple[str, ...]:
-    """Leave names out where there are too many to be read side by side; the last one stays."""
-    step = -(-len(names) // most)
-    last = len(names) - 1
-    return tuple(name if (last - at) % step == 0 else "" for at, name in enumerate(names))
 
 
 def _panel(days: Days, name: str) -> Panel:
@@ -127,11 +127,10 @@ def _panel(days: Days, name: str) -> Panel:
     low = min(latest.prior_value, float(ends.min()))
     high = max(latest.prior_value, float(ends.max()))
     room = 0.12 * (high - low) or 1.0
-    values = np.array([one.value for one in found.values()])
-    days_at = np.array(list(found))
+    values, at = np.array([one.value for one in found.values()]), np.array(list(found))
     return Panel(
         f"{_in_lines(translate(name.replace('_', ' ')))}\n[{latest.unit.replace('^2', '²')}]",
-        (Trace("value of the day", days_at, values, plotting.BLUE, "points", bars=ends),),
+        (Trace("value of the day", at, values, plotting.BLUE, "points", bars=ends),),
         height=0.9,
         band=1.96 * latest.prior_std,
         middle=latest.prior_value,
@@ -146,13 +145,6 @@ def _in_lines(words: str) -> str:
     'linear damping\nheave'
     """
     return "\n".join(textwrap.wrap(words, LONGEST_LABEL, max_lines=MOST_LINES, placeholder="…"))
-
-
-def _moved(days: Days, name: str) -> bool:
-    # an older day that tells the parameter is not the trial day before
-    last_two = list(days.values())[-2:]
-    found = [own[name] for own in last_two if name in own]
-    return len(found) == 2 and apart(*found)
 
 
 def apart(before: IdentifiedParameter, now: IdentifiedParameter) -> bool:
