@@ -9,7 +9,7 @@ from markupsafe import escape
 
 from pipeline.language import ENGLISH, current, translate
 from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines, thinned
-from pipeline.report.plotting import GRID, INK, SOFT, VERMILLION
+from pipeline.report.plotting import SOFT, VERMILLION
 from pipeline.types import FloatArray
 
 Json = dict[str, Any]
@@ -21,26 +21,10 @@ _SYMBOLS = {
     ".": "circle", "o": "circle", "x": "x-thin-open", "^": "triangle-up", "v": "triangle-down",
     "s": "square", "D": "diamond",
 }  # fmt: skip
-_CLEAR = "rgba(0,0,0,0)"
-_PAPER: Json = {
-    "paper_bgcolor": _CLEAR,
-    "plot_bgcolor": _CLEAR,
-    "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
-    "hovermode": "x",
-    "modebar": {"bgcolor": _CLEAR, "color": SOFT, "activecolor": INK},
-    "legend": {
-        "orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "itemwidth": 30,
-        "font": {"size": 11},
-    },
-}  # fmt: skip
 
 
 def plotly_figure(
-    panels: Sequence[Panel],
-    x_label: str,
-    buckets: int = ZOOM_BUCKETS,
-    *,
-    x_axis: Axis | None = None,
+    panels: Sequence[Panel], x_label: str, buckets: int = ZOOM_BUCKETS, x_axis: Axis | None = None
 ) -> Json:
     """Return data and layout as plotly.js takes them; texts are escaped, arrays are float32.
 
@@ -54,10 +38,10 @@ def plotly_figure(
     left = 64 + _LINE_PX * max(label_lines(panels) - 2, 0)
     data: list[Json] = []
     shapes: list[Json] = []
+    # colours of axes, letters and paper stand in zoom.js
     layout = {
         "height": round(110 + _PANEL_PX * whole),
         "margin": {"l": left, "r": 12, "t": 62, "b": 78 if axis.names else 48},
-        **_PAPER,
         **({} if current() == ENGLISH else {"separators": ", "}),
         "xaxis": _x_axis(x_label, axis, len(panels)),
         "shapes": shapes,
@@ -87,8 +71,7 @@ def _x_axis(label: str, axis: Axis, panels: int) -> Json:
         own["tickvals"] = list(range(len(axis.names)))
         own["ticktext"] = [_text(name) for name in axis.names]
     title = {"text": _text(label), "standoff": 8}
-    below = {"title": title, "anchor": f"y{panels}" if panels > 1 else "y", **own}
-    return {**below, "gridcolor": GRID, "zeroline": False, "hoverformat": ".2f"}
+    return {"title": title, "anchor": f"y{panels}" if panels > 1 else "y", **own}
 
 
 def _y_axis(panel: Panel, domain: list[float]) -> Json:
@@ -98,16 +81,12 @@ def _y_axis(panel: Panel, domain: list[float]) -> Json:
     return {
         "title": {"text": _text(panel.label).replace("\n", "<br>"), "standoff": 6},
         "domain": domain,
-        "gridcolor": GRID,
         "zeroline": panel.band is not None and panel.middle == 0.0,
-        "zerolinecolor": SOFT,
-        "nticks": 6,
         **own,
     }
 
 
 def _shapes(panel: Panel, suffix: str) -> list[Json]:
-    """Draw what stands behind the curves."""
 
     def across(low: float, high: float, **more: object) -> Json:
         ends = {"x0": 0, "x1": 1, "y0": low, "y1": high}

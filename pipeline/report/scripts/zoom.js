@@ -65,6 +65,24 @@
     ],
   };
 
+  const [ink, soft, grid, clear] = ["#1b1f24", "#6b737c", "#dfe3e8", "rgba(0,0,0,0)"];
+  const styled = (layout) => {
+    Object.assign(layout, {
+      paper_bgcolor: clear,
+      plot_bgcolor: clear,
+      font: { family: "system-ui, sans-serif", size: 12, color: ink },
+      hovermode: layout.hovermode || "x",
+      modebar: { bgcolor: clear, color: soft, activecolor: ink },
+      legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", itemwidth: 30, font: { size: 11 } },
+      dragmode: touch ? false : "zoom",
+    });
+    for (const name of Object.keys(layout).filter((one) => /^[xy]axis/.test(one))) {
+      const own = name.startsWith("x") ? { zeroline: false, hoverformat: ".2f" } : { nticks: 6 };
+      layout[name] = { gridcolor: grid, zerolinecolor: soft, ...own, ...layout[name] };
+    }
+    return layout;
+  };
+
   const draw = (data) => {
     const still = data.previousElementSibling;
     const live = document.createElement("div");
@@ -73,10 +91,9 @@
     live.setAttribute("aria-label", still.getAttribute("aria-label") || "");
     const { data: traces, layout } = JSON.parse(data.textContent);
     live.style.height = `${layout.height}px`;
-    layout.dragmode = touch ? false : "zoom";
     data.after(live);
     still.classList.add("replaced");
-    window.Plotly.newPlot(live, traces, layout, config).catch((error) => {
+    window.Plotly.newPlot(live, traces, styled(layout), config).catch((error) => {
       live.remove();
       still.classList.remove("replaced");
       console.error(error);
