@@ -35,15 +35,9 @@ class Bar:
 
 
 def bars_figure(
-    name: str,
-    lead: str,
-    caption: str,
-    bars: Sequence[Bar],
-    *,
-    x_label: str,
-    x_range: tuple[float, float],
-    mark: float | None = None,
-) -> Figure:
+    name: str, lead: str, caption: str, bars: Sequence[Bar], *, x_label: str,
+    x_range: tuple[float, float], mark: float | None = None,
+) -> Figure:  # fmt: skip
     """Draw a bar from 0 for each value, from top to bottom, its interval across its end.
 
     What lies beyond `x_range` is drawn at the edge; `mark` is where a dashed line stands.

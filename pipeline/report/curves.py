@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,12 +25,7 @@ def polynomial_band(fit: PolynomialFit, x: FloatArray) -> tuple[FloatArray, Floa
 
 
 def fit_panels(
-    fit: PolynomialFit,
-    name: str,
-    colour: str,
-    printed: Sequence[float] | None,
-    *,
-    scale: float = 1.0,
+    fit: PolynomialFit, name: str, colour: str, printed: Sequence[float] | None, scale: float = 1.0
 ) -> tuple[list[Trace], Trace]:
     """Return a fit as curves (points, outliers, line with band, published line) and what it leaves.
 
@@ -61,7 +57,10 @@ def drive_torque(
     """
     # the fields of the surface bear the names of the record's
     found = {one.name: getattr(fit, one.name) for one in dataclasses.fields(TorqueSurface)}
-    own = {name: np.asarray(v) if isinstance(v, tuple) else v for name, v in found.items()}
+    own: dict[str, Any] = {
+        name: np.asarray(value) if isinstance(value, tuple) else value
+        for name, value in found.items()
+    }
     rps = np.abs(np.asarray(shaft_speed_rpm, float)) / 60.0
     terms = surface_basis(rps, code, TorqueSurface(**own))
     variance = np.einsum("...i,ij,...j->...", terms, np.asarray(fit.covariance), terms)

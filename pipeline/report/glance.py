@@ -66,12 +66,9 @@ def rank(glance: Glance | None) -> int:
 
 
 def day_glance(
-    vehicle: str,
-    day: str,
-    told: DayDiagnosis | None,
-    flown: Flown,
+    vehicle: str, day: str, told: DayDiagnosis | None, flown: Flown,
     before: DayDiagnosis | None = None,
-) -> Glance:
+) -> Glance:  # fmt: skip
     """Say first what is to be said of a day.
 
     `told` is None where it is not known what its runs show; the advice of the trial day `before`
@@ -102,15 +99,9 @@ def day_glance(
 
 
 def run_glance(
-    vehicle: str,
-    run: str,
-    day: DayDiagnosis | None,
-    flown: Flown,
-    gains: ThrusterGains | None = None,
-    *,
-    unreadable: str = "",
-    last: str = "",
-) -> Glance:
+    vehicle: str, run: str, day: DayDiagnosis | None, flown: Flown,
+    gains: ThrusterGains | None = None, *, unreadable: str = "", last: str = "",
+) -> Glance:  # fmt: skip
     """Say first what is to be said of a run.
 
     `day` is None before it is known what the runs of its day show; until then its `gains` have

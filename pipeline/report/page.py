@@ -202,14 +202,9 @@ def worst_first(entries: Sequence[IndexEntry]) -> list[IndexEntry]:
 
 
 def write_index(
-    pages: Sequence[IndexEntry],
-    path: Path,
-    diagnosed: Sequence[tuple[str, tuple[tuple[str, str], ...]]] = (),
-    *,
-    designs: Sequence[tuple[str, str]] = (),
-    earlier: Sequence[tuple[str, str]] = (),
-    assets: Path | None = None,
-) -> None:
+    pages: Sequence[IndexEntry], path: Path, diagnosed: Sequence[tuple[str, Labels]] = (), *,
+    designs: Labels = (), earlier: Labels = (), assets: Path | None = None,
+) -> None:  # fmt: skip
     """Write the index, with the vehicles that ask for attention first.
 
     `diagnosed` are vehicles that have diagnoses and no page of their own; `earlier` those that are

@@ -40,13 +40,9 @@ def plan_sentence(record: PoolDay) -> str:
 
 
 def pool_day_page(
-    record: PoolDay,
-    flown: Sequence[FlownOfPlan],
-    tracks: Sequence[Trajectory],
-    *,
-    crumbs: Labels = (),
-    assets: str = "",
-) -> str:
+    record: PoolDay, flown: Sequence[FlownOfPlan], tracks: Sequence[Trajectory], *,
+    crumbs: Labels = (), assets: str = "",
+) -> str:  # fmt: skip
     """Return the page as HTML text; the same plan gives the same text."""
     items = [(f"{one.log}: to play", one.log) for one in record.runs]
     items += [(f"{one.codes}: codes over time", one.codes) for one in record.runs]

@@ -101,7 +101,6 @@ def _gap(results: RunResults, rows: IntArray) -> FloatArray | None:
 def _line(
     axes: Axes, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
 ) -> LineCollection | None:
-    """Draw a track, each piece in the colour of its gap."""
     from matplotlib.collections import LineCollection
 
     if colour is None or top is None:

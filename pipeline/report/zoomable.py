@@ -36,15 +36,9 @@ _VECTOR_POINTS = 500
 
 
 def zoomable_figure(
-    name: str,
-    lead: str,
-    caption: str,
-    panels: Sequence[Panel],
-    *,
-    x_label: str,
-    x_axis: Axis | None = None,
-    resolution: Resolution | None = None,
-) -> Figure:
+    name: str, lead: str, caption: str, panels: Sequence[Panel], *, x_label: str,
+    x_axis: Axis | None = None, resolution: Resolution | None = None,
+) -> Figure:  # fmt: skip
     """Draw panels above each other over a common horizontal axis, still and interactive.
 
     `name` is unique on the page, of letters, digits and hyphens; `lead` the sentence above and

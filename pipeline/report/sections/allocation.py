@@ -53,7 +53,6 @@ def allocation_section(results: VehicleResults) -> Blocks:
 
 
 def _map_figure(allocation: AllocationMap) -> Figure:
-    """Draw the worst error at each speed for both variants, logarithmic."""
     first, last = allocation.mooring[0], allocation.mooring[-1]
     traces = []
     for name, errors, colour, mark in (
@@ -148,7 +147,6 @@ def validation_section(results: VehicleResults) -> Blocks:
 
 
 def _errors_figure(validation: AllocatorValidation) -> Figure:
-    """Draw root mean square errors of speed, course and depth over the speed."""
     at = validation.settings_at_mps
     moored, compensated = (
         next(o for o in validation.keeping if o.variant == name and o.speed_mps == at)
@@ -182,7 +180,6 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
 
 
 def _traces_figure(validation: AllocatorValidation) -> Figure:
-    """Draw speed, course and depth over time at one speed."""
     at = validation.traces_at_mps
     rows: list[list[Trace]] = [[], [], []]
     lowest = 0.0

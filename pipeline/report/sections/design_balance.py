@@ -106,7 +106,6 @@ def envelope_section(found: BalanceDesign) -> Blocks:
 
 
 def _by_buoyancy(found: BalanceDesign, x: Sequence[float], rows: FloatArray) -> tuple[Trace, ...]:
-    """Draw a line for each of some residual buoyancies; rows (buoyancies, x)."""
     buoyancies = found.envelope.residual_buoyancy_n
     chosen = np.unique(np.linspace(0, len(buoyancies) - 1, 5).round().astype(int)).tolist()
     colours = plotting.ordered_colours(len(chosen))
@@ -152,7 +151,6 @@ def _of_the_map(use: FloatArray, *, judged: bool) -> str:
 
 
 def _angle_figure(found: BalanceDesign) -> Figure:
-    """Draw the largest load over the thrusters' angle for several buoyancies."""
     envelope = found.envelope
     i = int(np.argmin(np.abs(np.array(envelope.speed_mps) - found.speed_mps)))
     load = np.array(envelope.largest_load_n)[i]

@@ -79,7 +79,6 @@ def _point(
 
 
 def _open_water_figure(found: PropellerDesign) -> Figure:
-    """Draw K_T, 10 K_Q and efficiency of the best, with its operating point."""
     best, curves = found.ranked[0], found.curves
     j = np.array(curves.advance_ratio)
     lines = (
@@ -103,7 +102,6 @@ def _open_water_figure(found: PropellerDesign) -> Figure:
 
 
 def _drive_figure(found: PropellerDesign) -> Figure:
-    """Draw the torque of the best over shaft speed, with what the drive has."""
     best, curves = found.ranked[0], found.curves
     rpm, need, pushes, have = (
         np.array(own, dtype=float)

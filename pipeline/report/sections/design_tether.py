@@ -125,7 +125,6 @@ def held_section(held: HeldFootprint) -> Blocks:
 
 
 def _pull_figure(found: TetherDesign) -> Figure:
-    """Draw |T_a| around the footprint's edge for each flow, printed values as points."""
     traces, worst = [], (0.0, 0.0)
     for variant in found.variants:
         angles = np.array([row.angle_deg for row in variant.rows])
@@ -157,7 +156,6 @@ def _pull_figure(found: TetherDesign) -> Figure:
 
 
 def _shapes_figure(found: TetherDesign) -> Figure:
-    """Draw the cable from above and from the side."""
     plan, side = [], []
     colours = plotting.ordered_colours(len(found.shapes))
     for shape, colour in zip(found.shapes, colours, strict=True):

@@ -152,7 +152,6 @@ def finding_figure(finding: DayFinding, run: str = "") -> Figure | None:
 
 
 def _event_figure(event: FoundEvent) -> Figure:
-    """Draw the force that sets in over time."""
     time_s = np.array(event.time_s)
     step = np.where(time_s >= event.at_s, event.step[1], event.step[0])
     what = f"{event.axis} {'force' if event.unit == 'N' else 'moment'}"
@@ -172,14 +171,9 @@ def _event_figure(event: FoundEvent) -> Figure:
 
 
 def _figure(
-    name: str,
-    lead: str,
-    one: HeldOut,
-    floor: float | None,
-    detail: Resolution,
-    *,
+    name: str, lead: str, one: HeldOut, floor: float | None, detail: Resolution, *,
     bench: bool = False,
-) -> Figure:
+) -> Figure:  # fmt: skip
     style: Style = "points" if one.time_s.size < FEW_READINGS // 4 or bench else "line"
     band = None if floor is None else 2.0 * floor
     # a verdict that adds nothing to the model leaves it as it was: one curve, not two on another

@@ -85,7 +85,6 @@ def _points(name: str, points: Sequence[LoadTestPoint], colour: str, mark: str =
 def _family(
     fit: DriveFit, points: Sequence[LoadTestPoint], outliers: Sequence[LoadTestPoint]
 ) -> Figure:
-    """Draw the bench's points by branch and the surface at each code; below, what it leaves."""
     top = max(fit.codes, key=lambda spread: spread.code)
     ends = drive_torque(fit, np.array(top.shaft_speed_rpm), top.code)[0]
     factor = drive_factor(fit)

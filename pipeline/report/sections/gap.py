@@ -98,7 +98,6 @@ def code_gaps(
 def _figure(
     results: VehicleResults, static: StaticCharacteristic, gaps: Sequence[CodeGap]
 ) -> Figure:
-    """Draw thrust at rest by both routes, and below what lies between them."""
     top, bottom = (pick(gaps, key=lambda gap: gap.code) for pick in (max, min))
     worst = max(gaps, key=lambda gap: abs(gap.gap_n))
     measured = f"{fixed(top.measured_n, 1)} N at code {code(top.code)}"

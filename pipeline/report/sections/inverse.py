@@ -90,7 +90,6 @@ def _table3(
 
 
 def _at_rest(sides: Sequence[Side]) -> Figure:
-    """Draw N(T) at rest for both signs of thrust, with residuals below."""
     above, below = list[Trace](), list[Trace]()
     for name, sign, fit, printed in sides:
         colour = plotting.VERMILLION if sign > 0 else plotting.PURPLE
@@ -177,7 +176,6 @@ def _under_way(
     static: fits.StaticCharacteristic,
     published: PublishedTable4 | None,
 ) -> Figure:
-    """Draw N(T, V): the family, the cubic of Table 4, the published cubic."""
     shared = min(row.thrust_max_n for row in rows)
     probe = float(np.floor(shared)) if shared > 2 else shared
     first, last = (float(table4_code(row.coefficients, probe)) for row in (rows[0], rows[-1]))

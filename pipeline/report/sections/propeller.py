@@ -15,7 +15,6 @@ from pipeline.report.numbers import code, fixed, general, percent, speed
 from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections import tables
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
-from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import PublishedTable1
 
 #: The published comparison is scored up to this advance ratio.
@@ -130,12 +129,16 @@ def _meeting_figure(
     drive: DriveFit | None = None,
     static: StaticCharacteristic | None = None,
 ) -> Figure:
-    """Draw torque and thrust of the propeller, the drive's lines and where they meet."""
     every = [spread.code for spread in drive.codes] if drive else []
     picked = np.unique(np.linspace(0, len(every) - 1, min(6, len(every))).round().astype(int))
     codes = [every[index] for index in picked]
     points = {own: _points_at(static, own, speeds) if static else [] for own in codes}
-    rpm = _shaft_speeds(model, speeds, drive, [p for own in points.values() for p in own])
+    # without a drive down to J = 0.3 at the fastest speed
+    fastest = 60.0 * max(*speeds, 0.5) / (0.3 * model.diameter_m)
+    if drive:
+        measured = [spread.shaft_speed_rpm[1] for spread in drive.codes]
+        fastest = 1.05 * max(*measured, *(point[1] for own in points.values() for point in own))
+    rpm = np.linspace(fastest / 200, fastest, 300)
     torque, thrust = list[Trace](), list[Trace]()
     colours = dict(zip(speeds, plotting.ordered_colours(len(speeds)), strict=True))
     for speed_mps, colour in colours.items():
@@ -170,21 +173,6 @@ def _meeting_figure(
         ),
         x_label="shaft speed n  [rpm]",
     )
-
-
-def _shaft_speeds(
-    model: OpenWaterPropeller,
-    speeds: Sequence[float],
-    drive: DriveFit | None,
-    points: Sequence[Point],
-) -> FloatArray:
-    """Shaft speeds to draw; without a drive down to J = 0.3 at the fastest speed. [rpm]."""
-    if drive is None:
-        fastest = 60.0 * max(*speeds, 0.5) / (0.3 * model.diameter_m)
-    else:
-        measured = [spread.shaft_speed_rpm[1] for spread in drive.codes]
-        fastest = 1.05 * max(*measured, *(point[1] for point in points))
-    return np.linspace(fastest / 200, fastest, 300)
 
 
 def _meeting_lead(

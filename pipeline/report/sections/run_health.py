@@ -7,7 +7,6 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
-from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
 from pipeline.report import plotting
@@ -17,8 +16,7 @@ from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import RunResults
 from pipeline.report.sections.inputs import note_block, problem_blocks
 from pipeline.report.sections.run_comparison import TIME_LABEL, resolution_of
-from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Trace, zoomable_figure
-from pipeline.types import FloatArray
+from pipeline.report.zoomable import Axis, Panel, Span, Trace, zoomable_figure
 from pipeline.vehicle.run_notes import run_of
 
 #: A longer name does not stand beside a thruster's panel.
@@ -175,55 +173,32 @@ def commands_figure(results: RunResults) -> Figure | None:
     drives = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
     ends = {name: (float(one.code_min), float(one.code_max)) for name, one in drives.items()}
     # without thrusters in the vehicle file the names are those of the log
-    limits = tuple(ends.get(name) for name in names)
-    detail = resolution_of(results)
-    return command_figure(names, limits, table.time_s, command, results.manoeuvres, detail=detail)
-
-
-def command_figure(
-    names: tuple[str, ...],
-    limits: tuple[tuple[float, float] | None, ...],
-    time_s: FloatArray,
-    command: FloatArray,
-    manoeuvres: tuple[ManoeuvreFound, ...],
-    *,
-    detail: Resolution,
-) -> Figure:
-    """Draw the commanded codes of all thrusters, the manoeuvres found behind them.
-
-    `limits` are the ends of each thruster's range, None where they are not known.
-    """
+    time_s = table.time_s
     duration = float(time_s[-1]) if time_s.size else 1.0
     spans = tuple(
         Span(stretch.from_s, stretch.to_s, (plotting.BLUE, plotting.GREEN)[number % 2])
-        for number, stretch in enumerate(manoeuvres)
+        for number, stretch in enumerate(results.manoeuvres)
     )
     panels = tuple(
         Panel(
             name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…",
             (Trace("commanded code", time_s, own, plotting.INK, "steps"),),
             height=0.62,
-            y_range=None if ends is None else (1.08 * ends[0], 1.08 * ends[1]),
-            limits=ends or (),
+            y_range=(1.08 * ends[name][0], 1.08 * ends[name][1]) if name in ends else None,
+            limits=ends.get(name, ()),
             spans=spans,
         )
-        for name, ends, own in zip(names, limits, command.T, strict=True)
+        for name, own in zip(names, command.T, strict=True)
     )
-    lead = "No commands."
-    if np.isfinite(command).any():
-        furthest = int(np.nanargmax(np.abs(command)))
-        busiest = names[furthest % command.shape[1]]
-        lead = (
-            f"Commanded codes over {general(duration, 3)} s; {busiest} went furthest, to "
-            f"{code(float(command.flat[furthest]))}."
-        )
+    furthest = int(np.nanargmax(np.abs(command)))
     return zoomable_figure(
         "fig-commands",
-        lead,
+        f"Commanded codes over {general(duration, 3)} s; {names[furthest % len(names)]} went "
+        f"furthest, to {code(float(command.flat[furthest]))}.",
         "Commanded codes [–], one panel a thruster. Dotted: ends of the range, where the vehicle "
         "file gives it. Shaded: the manoeuvres of the table.",
         panels,
         x_label=TIME_LABEL,
         x_axis=Axis(ends=(0.0, duration)),
-        resolution=detail,
+        resolution=resolution_of(results),
     )

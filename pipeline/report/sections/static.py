@@ -62,7 +62,6 @@ def static_section(results: VehicleResults) -> Blocks:
 def _family(
     results: VehicleResults, static: StaticCharacteristic, published: PublishedTable2 | None
 ) -> Figure:
-    """Draw T(N) for each speed with its band, the published one dashed."""
     speeds = shown_speeds(static, results.vehicle.tables.speed_mps)
     grid, most = np.asarray(static.code), static.code[-1]
     first, last = speeds[0], speeds[-1]

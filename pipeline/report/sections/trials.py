@@ -95,7 +95,6 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
 
 
 def _figure(days: Days, names: tuple[str, ...]) -> Figure:
-    """Draw value and interval of each parameter for every day, the vehicle file's value behind."""
     # an older day that tells the parameter is not the trial day before
     before, now = list(days.values())[-2:]
     moved = [o for o in names if o in before and o in now and apart(before[o], now[o])]

@@ -10,10 +10,9 @@ import run_records
 
 from pipeline.errors import Place
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES
-from pipeline.report.panels import Resolution
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_page
-from pipeline.report.sections.run_health import command_figure
+from pipeline.report.sections.run_health import commands_figure
 from pipeline.stages.run_page import overlay_label
 
 CRUMBS = (("All vehicles", "../../index.html"),)
@@ -73,11 +72,18 @@ def test_commands_are_drawn_without_limits_where_the_vehicle_file_has_no_thruste
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_command_that_went_furthest_keeps_its_sign() -> None:
-    command = np.array([[10.0, np.nan], [40.0, -101.0], [np.nan, 60.0]])
-    figure = command_figure(
-        ("left", "right"), (None, None), np.arange(3.0), command, (), detail=Resolution()
+def test_the_command_that_went_furthest_keeps_its_sign(results: VehicleResults) -> None:
+    found = run_records.run_results(results.vehicle)
+    assert found.measured is not None
+    table = replace(
+        found.measured,
+        time_s=np.arange(3.0),
+        values={"command": np.array([[10.0, np.nan], [40.0, -101.0], [np.nan, 60.0]])},
+        valid={"command": np.full(3, fill_value=True)},
+        thrusters=("left", "right"),
     )
+    figure = commands_figure(replace(found, measured=table))
+    assert figure is not None
     assert figure.lead == "Commanded codes over 2.00 s; right went furthest, to −101."
 
 
