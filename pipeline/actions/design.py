@@ -191,14 +191,15 @@ def write_design(request: DesignRequest, found: Design, to: Path) -> tuple[Path,
         If the folder cannot be written to.
     """
     from pipeline.report.design_page import design_page
-    from pipeline.report.html import write_page
+    from pipeline.report.html import placed, write_page
 
     page = to / f"{found.name}-{request.calculator}.html"
     data = page.with_suffix(".json")
     # among the reports the page leads back to the index, which leads to it
     listed = to.resolve() == (request.out / "reports/design").resolve()
     crumbs = (("All vehicles", "../index.html"),) if listed else ()
-    write_page(design_page(found, crumbs), page)
+    assets = placed(request.out / "reports/assets" if listed else to / "assets", page)
+    write_page(design_page(found, crumbs, assets), page)
     write_atomically(data, json.dumps(design_json(request, found), indent=1))
     if listed:
         from pipeline.stages.index_page import write_index_again

@@ -11,6 +11,7 @@ import numpy as np
 
 from pipeline.language import translate
 from pipeline.report.blocks import Figure
+from pipeline.report.plotly_data import Json, data_block, text_of
 from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw
 
 if TYPE_CHECKING:
@@ -74,7 +75,32 @@ def bars_figure(
         axes.set(xlim=x_range, ylim=(whole, 0.0))
         axes.grid(visible=False, axis="y")
 
-    return Figure(name, lead, draw(name, caption, whole + 34.0, paint), caption)
+    low, high = np.array([bar.ci95 or (bar.value, bar.value) for bar in bars]).reshape(-1, 2).T
+    own = np.array([bar.value for bar in bars])
+    data: Json = {
+        "type": "bar", "orientation": "h", "x": own.tolist(), "y": list(range(len(bars))),
+        "customdata": [text_of(bar.label) for bar in bars],
+        "text": [text_of(bar.text) for bar in bars], "textposition": "outside",
+        "marker": {"color": [bar.colour for bar in bars]},
+        "hovertemplate": "%{x:.4g}<extra></extra>",
+    }  # fmt: skip
+    if sure:
+        ends_of = {"array": (high - own).tolist(), "arrayminus": (own - low).tolist()}
+        data["error_x"] = {"type": "data", "symmetric": False, "color": INK, **ends_of}
+    names = [text_of(label).replace("\n", "<br>") for label in labels]
+    bare = {"showgrid": False, "zeroline": False}
+    dashed = {"color": SOFT, "width": 1, "dash": "dash"}
+    line = {"type": "line", "yref": "paper", "x0": mark, "x1": mark, "y0": 0, "y1": 1}
+    layout = {
+        "height": round(80 + 1.6 * whole),
+        "margin": {"l": 24 + 7 * letters, "r": 12, "t": 30, "b": 48},
+        "xaxis": {"title": {"text": text_of(x_label), "standoff": 8}, "range": list(x_range)},
+        "yaxis": {"tickvals": data["y"], "ticktext": names, "autorange": "reversed", **bare},
+        "hovermode": "closest",
+        "shapes": [] if mark is None else [{**line, "line": dashed}],
+    }  # fmt: skip
+    still = draw(name, caption, whole + 34.0, paint)
+    return Figure(name, lead, still, caption, data_block({"data": [data], "layout": layout}))
 
 
 def gains_figure(

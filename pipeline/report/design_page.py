@@ -1,4 +1,4 @@
-"""The page of a design calculation: one self-contained file, made from its record alone."""
+"""The page of a design calculation, made from its record alone."""
 
 from collections.abc import Sequence
 
@@ -13,8 +13,8 @@ from pipeline.report.sections import design_balance, design_propeller, design_te
 LONG = 40
 
 
-def design_page(found: Design, crumbs: Labels = ()) -> str:
-    """Return the page as HTML; no scripts, nothing from a network; `crumbs` are the way back."""
+def design_page(found: Design, crumbs: Labels = (), assets: str = "") -> str:
+    """Return the page as HTML text; `crumbs`, `assets` as of `Page`."""
     if isinstance(found, BalanceDesign):
         calculator, kind = "balance", "Steady motion with residual buoyancy: thruster loads"
         sections: tuple[Section, ...] = (
@@ -41,6 +41,7 @@ def design_page(found: Design, crumbs: Labels = ()) -> str:
         notes=tuple(Text(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,
         sections=(*sections, *([_printed_section(found.printed)] if found.printed else [])),
+        assets=assets,
     ).html()
 
 

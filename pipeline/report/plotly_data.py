@@ -1,11 +1,12 @@
 """Panels as data and layout of plotly.js."""
 
 import base64
+import json
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from markupsafe import escape
+from markupsafe import Markup, escape
 
 from pipeline.language import ENGLISH, current, translate
 from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines, thinned
@@ -61,7 +62,8 @@ def plotly_figure(
     return {"data": data, "layout": layout}
 
 
-def _text(words: str) -> str:
+def text_of(words: str) -> str:
+    """Translate and escape a text: plotly.js takes markup."""
     return str(escape(translate(words)))
 
 
@@ -69,8 +71,8 @@ def _x_axis(label: str, axis: Axis, panels: int) -> Json:
     own: Json = {} if axis.ends is None else {"range": list(axis.ends)}
     if axis.names:
         own["tickvals"] = list(range(len(axis.names)))
-        own["ticktext"] = [_text(name) for name in axis.names]
-    title = {"text": _text(label), "standoff": 8}
+        own["ticktext"] = [text_of(name) for name in axis.names]
+    title = {"text": text_of(label), "standoff": 8}
     return {"title": title, "anchor": f"y{panels}" if panels > 1 else "y", **own}
 
 
@@ -79,7 +81,7 @@ def _y_axis(panel: Panel, domain: list[float]) -> Json:
     if panel.y_range is not None:
         own["range"] = list(panel.y_range)
     return {
-        "title": {"text": _text(panel.label).replace("\n", "<br>"), "standoff": 6},
+        "title": {"text": text_of(panel.label).replace("\n", "<br>"), "standoff": 6},
         "domain": domain,
         "zeroline": panel.band is not None and panel.middle == 0.0,
         **own,
@@ -114,10 +116,10 @@ def _band(trace: Trace, suffix: str) -> list[Json]:
     """Shade what lies between two lines that are not drawn."""
     if trace.band is None:
         return []
-    own: Json = {"type": "scatter", "x": _packed(trace.x), "yaxis": f"y{suffix}", "mode": "lines"}
+    own: Json = {"type": "scatter", "x": packed(trace.x), "yaxis": f"y{suffix}", "mode": "lines"}
     own |= {"line": {"width": 0}, "hoverinfo": "skip", "showlegend": False}
-    own["legendgroup"] = _text(trace.name)
-    low, high = ({**own, "y": _packed(edge)} for edge in trace.band)
+    own["legendgroup"] = text_of(trace.name)
+    low, high = ({**own, "y": packed(edge)} for edge in trace.band)
     return [low, {**high, "fill": "tonexty", "fillcolor": f"{trace.colour}38"}]
 
 
@@ -125,7 +127,7 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> Json:
     # a value with an interval, or one that is marked, is never left out
     whole = trace.bars is not None or trace.style in {"points", "both"}
     x, values = (trace.x, trace.values) if whole else thinned(trace.x, trace.values, buckets)
-    name, colour = _text(trace.name), trace.colour
+    name, colour = text_of(trace.name), trace.colour
     line = {"color": colour, "width": trace.width}
     line["shape"] = "hv" if trace.style == "steps" else "linear"
     if trace.dash:
@@ -134,7 +136,7 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> Json:
     size = 7 if trace.bars is not None else 4 if trace.mark == "." else 6
     bars: Json = {}
     if trace.bars is not None:
-        low, high = map(_packed, np.abs(trace.bars - trace.values))
+        low, high = map(packed, np.abs(trace.bars - trace.values))
         ends = {"type": "data", "symmetric": False, "array": high, "arrayminus": low}
         bars["error_y"] = {**ends, "color": colour, "thickness": 1.5, "width": 4}
     return {
@@ -142,8 +144,8 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> Json:
         "name": name,
         "legendgroup": name,
         "showlegend": legend,
-        "x": _packed(x),
-        "y": _packed(values),
+        "x": packed(x),
+        "y": packed(values),
         "yaxis": f"y{suffix}",
         "mode": {"points": "markers", "both": "lines+markers"}.get(trace.style, "lines"),
         "line": line,
@@ -153,7 +155,18 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> Json:
     }
 
 
-def _packed(values: FloatArray) -> dict[str, str]:
+def packed(values: FloatArray) -> dict[str, str]:
     """Encode as plotly.js reads typed arrays; float32 carries seven digits."""
     own = np.ascontiguousarray(values, dtype="<f4")
     return {"dtype": "f4", "bdata": base64.b64encode(own.tobytes()).decode("ascii")}
+
+
+def data_block(figure: Json) -> Markup:
+    """Return the data of an interactive figure as zoom.js finds them behind the still picture."""
+    text = json.dumps(figure, separators=(",", ":"))
+    # a data block ends at the first "</script": no markup may stand in it
+    for sign in "<>&\u2028\u2029":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return Markup(  # noqa: S704 - escaped two lines above
+        f'<script type="application/json" class="zoom-data">{text}</script>'
+    )

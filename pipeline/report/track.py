@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,8 @@ from pipeline.language import translate
 from pipeline.records.run_table import RunTable
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
-from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
+from pipeline.report.plotly_data import Json, data_block, packed, text_of
+from pipeline.report.plotting import BLUE, INK, SOFT, WIDTH, axes_at, draw
 from pipeline.report.results import RunResults
 from pipeline.types import FloatArray, IntArray
 
@@ -75,7 +77,38 @@ def track_figure(results: RunResults) -> Figure | None:
             "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
             "velocity differ."
         )
-    return Figure("fig-track", lead, draw("fig-track", caption, 152.0, paint), caption)
+    still = draw("fig-track", caption, 152.0, paint)
+    ways = [(time_s, down, "time  [s]", "depth  [m]")]
+    ways += [] if plane is None else [(plane[:, 1], plane[:, 0], "east  [m]", "north  [m]")]
+    return Figure("fig-track", lead, still, caption, data_block(_interactive(ways, colour)))
+
+
+def _interactive(
+    ways: Sequence[tuple[FloatArray, FloatArray, str, str]], colour: FloatArray | None
+) -> Json:
+    """Return depth over time and, left of it where it is known, the track from above."""
+    marker: Json = {"color": BLUE}
+    if colour is not None:
+        bar = {"title": {"text": text_of("gap in speed  [m/s]"), "side": "right"}}
+        shade = packed(np.append(colour, colour[-1:]))
+        marker |= {"color": shade, "cmin": 0, "colorscale": "Viridis", "colorbar": bar}
+    layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 12, "b": 48}}
+    data = []
+    for k, (x, y, x_label, y_label) in enumerate(ways, start=1):
+        domain = [0.0, 1.0] if len(ways) == 1 else [0.58, 1.0] if k == 1 else [0.0, 0.42]
+        titles = [{"title": {"text": text_of(own), "standoff": 8}} for own in (x_label, y_label)]
+        direction = {"autorange": "reversed"} if k == 1 else {"scaleanchor": "x2"}
+        number = "" if k == 1 else str(k)
+        layout[f"xaxis{number}"] = {**titles[0], "domain": domain, "anchor": f"y{number}"}
+        up = {**titles[1], **direction, "anchor": f"x{number}", "zeroline": False}
+        layout[f"yaxis{number}"] = up
+        axes = {"xaxis": f"x{number}", "yaxis": f"y{number}", "mode": "lines+markers"}
+        # the first point of the track from above is its start
+        sizes = 5 if k == 1 else [10, *[5] * (x.size - 1)]
+        own = {**marker, "size": sizes, "showscale": k == 1 and colour is not None}
+        line = {"color": SOFT, "width": 1}
+        data.append({"x": packed(x), "y": packed(y), "line": line, "marker": own, **axes})
+    return {"data": data, "layout": {**layout, "showlegend": False, "hovermode": "closest"}}
 
 
 def _of(table: RunTable, name: str) -> FloatArray | None:

@@ -7,9 +7,8 @@ library (MIT) lies beside the pages and is never fetched from a network.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -17,7 +16,7 @@ from markupsafe import Markup
 from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, label_lines, thinned
-from pipeline.report.plotly_data import plotly_figure
+from pipeline.report.plotly_data import data_block, plotly_figure
 from pipeline.report.plotting import GRID, SOFT, VERMILLION, WIDTH, axes_at, draw, log_ticks
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ def zoomable_figure(
     axis = x_axis if x_axis is not None else Axis()
     data = plotly_figure(panels, x_label, chosen.zoom, x_axis=axis)
     still = _still(name, caption or lead, panels, x_label, axis, chosen.still)
-    return Figure(name, lead, still, caption, zoom=_data_block(data))
+    return Figure(name, lead, still, caption, zoom=data_block(data))
 
 
 def _still(  # noqa: PLR0917 - what is drawn, and how it is called
@@ -161,13 +160,3 @@ def _paint_trace(axes: Axes, trace: Trace, buckets: int) -> Line2D:
             translate(trace.end), at, (3, 0), textcoords="offset points", va="center", fontsize=8
         )
     return line
-
-
-def _data_block(figure: dict[str, Any]) -> Markup:
-    text = json.dumps(figure, separators=(",", ":"))
-    # a data block ends at the first "</script": no markup may stand in it
-    for sign in "<>&\u2028\u2029":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return Markup(  # noqa: S704 - escaped two lines above
-        f'<script type="application/json" class="zoom-data">{text}</script>'
-    )

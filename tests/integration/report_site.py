@@ -63,7 +63,8 @@ def write_site(reports: Path) -> None:
     text = diagnosis_page(diagnosis, assets=placed(assets, found["diagnosis"]))
     write_page(text, found["diagnosis"])
     up_one = (("Index", "../index.html"),)
-    write_page(design_page(_design(reports.parent), up_one), found["design"])
+    text = design_page(_design(reports.parent), up_one, scripts["design"])
+    write_page(text, found["design"])
     entry = index_entry(results, "synthetic/index.html")
     more = {
         "days": tuple(_from_index(one) for one in reversed(results.trials)),

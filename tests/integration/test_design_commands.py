@@ -57,7 +57,7 @@ def test_an_example_becomes_a_page_and_a_json_file(
     assert done.returncode == 0, done.stderr
     page, data = (tmp_path / line for line in done.stdout.splitlines()[-2:])
     text = page.read_text(encoding="utf-8")
-    assert "<script" not in text
+    assert '<script defer src="../assets/zoom.js"></script>' in text
     assert not re.search(r'(?:src|href)="https?:', text)
     assert text.count('<svg class="plot"') >= 2
     body = json.loads(data.read_text(encoding="utf-8"))

@@ -11,8 +11,8 @@ from report_site import KINDS
 WIDTHS = (360, 1440)
 #: Figures of each page; of these, those that can be zoomed.
 FIGURES = {
-    "index": (0, 0), "vehicle": (10, 10), "run": (10, 9), "trial": (1, 1), "diagnosis": (5, 4),
-    "design": (3, 0),
+    "index": (0, 0), "vehicle": (10, 10), "run": (10, 10), "trial": (1, 1), "diagnosis": (5, 5),
+    "design": (3, 3),
 }  # fmt: skip
 
 #: Of a fault, before the name.

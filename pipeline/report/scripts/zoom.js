@@ -35,13 +35,22 @@
     const figure = data.closest("figure");
     const rows = () => {
       const { data: traces, layout } = JSON.parse(data.textContent);
-      const axis = (one) => layout[(one.yaxis || "y").replace("y", "yaxis")]?.title?.text || "";
-      const x = layout.xaxis?.title?.text || "x";
+      const title = (one, way) =>
+        layout[(one[`${way}axis`] || way).replace(way, `${way}axis`)]?.title?.text || "";
+      const bars = traces.some((one) => one.orientation === "h");
+      const apart = "xaxis2" in layout;
+      const x = title({}, "x") || "x";
       return [
-        ["panel", "curve", x, "value"],
+        ["panel", "curve", ...(bars ? ["bar", x] : [apart ? "x" : x, "value"]), "low", "high"],
         ...traces.flatMap((one) => {
-          const values = numbers(one.y);
-          return [...numbers(one.x)].map((at, k) => [axis(one), one.name, at, values[k]]);
+          const [at, values] = (bars ? [one.customdata, one.x] : [one.x, one.y]).map(numbers);
+          const panel = title(one, "y") + (apart ? ` (x: ${title(one, "x")})` : "");
+          const error = one.error_x || one.error_y;
+          const [up, down] = error ? [numbers(error.array), numbers(error.arrayminus)] : [];
+          return [...at].map((place, k) => {
+            const ends = error ? [values[k] - down[k], values[k] + up[k]] : [];
+            return [panel, one.name, place, values[k], ...ends];
+          });
         }),
       ];
     };
