@@ -143,7 +143,7 @@ def identify_runs(
 
 
 def _write_slope(folder: Path, line: StraightLineIdentification) -> Path:
-    from pipeline.report.sections.slope import slope_figure
+    from pipeline.report.sections.trials import slope_figure
 
     path = folder / f"slope-{line.axis}.svg"
     write_atomically(path, str(slope_figure(line)))

@@ -7,7 +7,7 @@ from pipeline.records.comparison import Comparison, Difference, Side
 from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
 from pipeline.report.bars import gains_figure
-from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Table, Text, chapter
+from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Section, Table, Text, chapter
 from pipeline.report.diagnosis_words import probability_text
 from pipeline.report.page import Page
 from pipeline.report.zoomable import Panel, Style, Trace, zoomable_figure
@@ -18,7 +18,8 @@ _MOST_ROWS = 40
 def comparison_page(record: Comparison, assets: str = "") -> str:
     """Return the page as HTML text; the same record gives the same text."""
     figures = _figures(record)
-    sections = _curves(figures[1:]), _codes(record), _asked(record)
+    curves = Section("curves", "One over the other", tuple(figures[1:]))
+    sections = curves, _codes(record), _asked(record)
     glance, word = comparison_glance(record)
     return Page(
         title=f"{as_it_is(record.a.name)} and {as_it_is(record.b.name)}",
@@ -83,11 +84,6 @@ def _figures(record: Comparison) -> list[Figure]:
         x_label, caption = record.curves[0].x_label, "Blue: A. Orange: B."
         found.append(zoomable_figure("fig-curves", title, caption, panels, x_label=x_label))
     return found
-
-
-@chapter("curves", "One over the other")
-def _curves(figures: list[Figure]) -> Blocks:
-    yield from figures
 
 
 @chapter("codes", "Codes that changed")

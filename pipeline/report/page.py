@@ -117,10 +117,8 @@ def glance_text(name: str, glance: Glance) -> str:
         lines.append(f"  {number}. {translate(one.text)}{command}")
     if not glance.do:
         lines.append(f"  {translate('To do: nothing.')}")
-    if glance.fly_next:
-        lines.append(f"  {translate('To fly next')}: {translate(glance.fly_next)}")
-    if glance.last_advice:
-        lines.append(f"  {translate('The last advice')}: {translate(glance.last_advice)}")
+    more = (("To fly next", glance.fly_next), ("The last advice", glance.last_advice))
+    lines += [f"  {translate(name)}: {translate(text)}" for name, text in more if text]
     return "\n".join(lines)
 
 
@@ -143,13 +141,6 @@ class Status:
             (self.not_computed, f"{plural(self.not_computed, 'result')} not computed"),
         ]
         return ", ".join(text for count, text in parts if count) or "no warnings"
-
-    @property
-    def tone(self) -> str:
-        """Colour class: error, warning or good."""
-        if self.errors or self.failed_checks:
-            return "error"
-        return "warning" if self.warnings or self.not_computed else "good"
 
 
 @dataclass(frozen=True)
@@ -193,14 +184,6 @@ def index_entry(results: VehicleResults, href: str) -> IndexEntry:
     )
 
 
-def worst_first(entries: Sequence[IndexEntry]) -> list[IndexEntry]:
-    """Put the vehicles, and the days of each, in the order in which they ask for attention."""
-    return [
-        replace(entry, days=tuple(sorted(entry.days, key=lambda day: rank(day.glance))))
-        for entry in sorted(entries, key=lambda entry: rank(entry.glance))
-    ]
-
-
 def write_index(
     pages: Sequence[IndexEntry], path: Path, diagnosed: Sequence[tuple[str, Labels]] = (), *,
     designs: Labels = (), earlier: Labels = (), assets: Path | None = None,
@@ -213,7 +196,11 @@ def write_index(
     """
     text = render(
         "index.html.j2",
-        pages=worst_first(pages),
+        # in the order in which vehicles, and the days of each, ask for attention
+        pages=[
+            replace(one, days=tuple(sorted(one.days, key=lambda day: rank(day.glance))))
+            for one in sorted(pages, key=lambda one: rank(one.glance))
+        ],
         signs=SIGNS,
         diagnosed=diagnosed,
         designs=designs,

@@ -25,9 +25,11 @@ _LOOK = {
     "current": "Check whether the water moves: fly where it is still, or against a fixed mark.",
     "wall_effect": "Fly farther from walls and bottom.",
 }
-_INSTRUMENT = "Check how the velocity log is mounted and set, and its entries in the file."
+_LOOK |= dict.fromkeys(
+    ("dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"),
+    "Check how the velocity log is mounted and set, and its entries in the file.",
+)
 _HULL = "Look at the hull: growth, an open hatch, anything added or lost."
-_INSTRUMENTS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Manoeuvre of the library -> what it is called, where its name does not say it.
 _MANOEUVRES = {"zig_zag": "zig-zag", "prbs": "pseudo-random steps"}
 _ALMOST_ONE = 0.99
@@ -104,12 +106,7 @@ def what_to_look_at(one: DayFinding) -> Advice | None:
         return None
     if one.event is not None and one.event.note:
         return Advice(text=f"Write it into the notes of the run: {as_it_is(one.event.note)}")
-    for name in one.effects:
-        if name in _INSTRUMENTS:
-            return Advice(text=_INSTRUMENT)
-        if name in _LOOK:
-            return Advice(text=_LOOK[name])
-    return Advice(text=_HULL)
+    return Advice(text=next((_LOOK[name] for name in one.effects if name in _LOOK), _HULL))
 
 
 def effect_words(name: str) -> str:

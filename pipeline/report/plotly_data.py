@@ -39,12 +39,19 @@ def plotly_figure(
     left = 64 + _LINE_PX * max(label_lines(panels) - 2, 0)
     data: list[Json] = []
     shapes: list[Json] = []
+    x_axis_of: Json = {"title": {"text": text_of(x_label), "standoff": 8}}
+    x_axis_of["anchor"] = f"y{len(panels)}" if len(panels) > 1 else "y"
+    if axis.ends is not None:
+        x_axis_of["range"] = list(axis.ends)
+    if axis.names:
+        names = [text_of(name) for name in axis.names]
+        x_axis_of |= {"tickvals": list(range(len(names))), "ticktext": names}
     # colours of axes, letters and paper stand in zoom.js
     layout = {
         "height": round(110 + _PANEL_PX * whole),
         "margin": {"l": left, "r": 12, "t": 62, "b": 78 if axis.names else 48},
         **({} if current() == ENGLISH else {"separators": ", "}),
-        "xaxis": _x_axis(x_label, axis, len(panels)),
+        "xaxis": x_axis_of,
         "shapes": shapes,
     }
     top, shown = 1.0, set[str]()
@@ -65,15 +72,6 @@ def plotly_figure(
 def text_of(words: str) -> str:
     """Translate and escape a text: plotly.js takes markup."""
     return str(escape(translate(words)))
-
-
-def _x_axis(label: str, axis: Axis, panels: int) -> Json:
-    own: Json = {} if axis.ends is None else {"range": list(axis.ends)}
-    if axis.names:
-        own["tickvals"] = list(range(len(axis.names)))
-        own["ticktext"] = [text_of(name) for name in axis.names]
-    title = {"text": text_of(label), "standoff": 8}
-    return {"title": title, "anchor": f"y{panels}" if panels > 1 else "y", **own}
 
 
 def _y_axis(panel: Panel, domain: list[float]) -> Json:

@@ -121,10 +121,14 @@ def mooring_points_of_tables(results: VehicleResults) -> tuple[measurements.Moor
 
 def missing_reasons(results: VehicleResults) -> dict[str, str]:
     """Return the reason for every stage that has no record, stated or generic."""
+    # nobody has to describe a model or an allocator
+    spared = {"validation"} if results.vehicle.model is None else set()
+    if results.vehicle.allocator is None and "allocation" not in results.missing:
+        spared.add("allocation")
     return {
         stage: results.missing.get(stage, "the stage has not run")
         for stage in STAGE_TITLES
-        if getattr(results, stage) is None and _due(results, stage)
+        if getattr(results, stage) is None and stage not in spared
     }
 
 
@@ -133,13 +137,6 @@ def needed(results: VehicleResults, stage: str, record: T | None) -> T:
     if record is None:
         raise CannotComputeError(missing_reasons(results).get(stage, "the stage has not run"))
     return record
-
-
-def _due(results: VehicleResults, stage: str) -> bool:
-    """Tell whether a stage's absence is worth a warning: nobody has to describe a model."""
-    if stage == "allocation":
-        return results.vehicle.allocator is not None or stage in results.missing
-    return stage != "validation" or results.vehicle.model is not None
 
 
 @dataclass(frozen=True)

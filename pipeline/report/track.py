@@ -88,11 +88,11 @@ def _interactive(
 ) -> Json:
     """Return depth over time and, left of it where it is known, the track from above."""
     marker: Json = {"color": BLUE}
+    layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 12, "b": 48}}
     if colour is not None:
         bar = {"title": {"text": text_of("gap in speed  [m/s]"), "side": "right"}}
-        shade = packed(np.append(colour, colour[-1:]))
-        marker |= {"color": shade, "cmin": 0, "colorscale": "Viridis", "colorbar": bar}
-    layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 12, "b": 48}}
+        layout["coloraxis"] = {"cmin": 0, "colorbar": bar}
+        marker = {"color": packed(np.append(colour, colour[-1:])), "coloraxis": "coloraxis"}
     data = []
     for k, (x, y, x_label, y_label) in enumerate(ways, start=1):
         domain = [0.0, 1.0] if len(ways) == 1 else [0.58, 1.0] if k == 1 else [0.0, 0.42]
@@ -105,7 +105,7 @@ def _interactive(
         axes = {"xaxis": f"x{number}", "yaxis": f"y{number}", "mode": "lines+markers"}
         # the first point of the track from above is its start
         sizes = 5 if k == 1 else [10, *[5] * (x.size - 1)]
-        own = {**marker, "size": sizes, "showscale": k == 1 and colour is not None}
+        own = {**marker, "size": sizes}
         line = {"color": SOFT, "width": 1}
         data.append({"x": packed(x), "y": packed(y), "line": line, "marker": own, **axes})
     return {"data": data, "layout": {**layout, "showlegend": False, "hovermode": "closest"}}

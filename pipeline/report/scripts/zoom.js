@@ -85,6 +85,7 @@
       legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", itemwidth: 30, font: { size: 11 } },
       dragmode: touch ? false : "zoom",
     });
+    if (layout.coloraxis) layout.coloraxis.colorscale = "Viridis";
     for (const name of Object.keys(layout).filter((one) => /^[xy]axis/.test(one))) {
       const own = name.startsWith("x") ? { zeroline: false, hoverformat: ".2f" } : { nticks: 6 };
       layout[name] = { gridcolor: grid, zerolinecolor: soft, ...own, ...layout[name] };

@@ -6,13 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.language import as_it_is
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.channels import channel_name, short_name, shown_unit
-from pipeline.report.diagnosis_words import capital, identifiers, of_bench
+from pipeline.report.diagnosis_words import (
+    capital,
+    channel_name,
+    identifiers,
+    of_bench,
+    short_name,
+    shown_unit,
+)
 from pipeline.report.numbers import general
 from pipeline.report.sections.run_comparison import FEW_READINGS
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
@@ -53,18 +59,16 @@ class HeldOut:
 
 def curves(record: DiagnosisRecord) -> tuple[HeldOut, ...]:
     """Return what there is to draw: over time of pool runs, over the code of a mooring table."""
-    if isinstance(record, BenchDiagnosisRecord):
-        return tuple(_of_table(one, identifiers(record.runs)) for one in record.by_code)
-    return held_out(record.series)
-
-
-def _of_table(one: CodeSeries, name: str) -> HeldOut:
-    order = np.argsort(one.code)
-    series = (one.code, one.measured, one.before, one.after)
-    x, measured, before, after = (np.asarray(values, float)[order] for values in series)
-    apart = np.asarray(one.held_out, bool)[order]
-    own = apart if apart.any() else None
-    return HeldOut(name, one.channel, one.unit, x, measured, before, after, own)
+    if not isinstance(record, BenchDiagnosisRecord):
+        return held_out(record.series)
+    name, found = identifiers(record.runs), []
+    for one in record.by_code:
+        series = (one.code, one.measured, one.before, one.after)
+        own = np.array(series, float)[:, np.argsort(one.code)]
+        apart = np.asarray(one.held_out, bool)[np.argsort(one.code)]
+        kept = apart if apart.any() else None
+        found.append(HeldOut(name, one.channel, one.unit, *own, apart=kept))
+    return tuple(found)
 
 
 def held_out(series: Sequence[Series]) -> tuple[HeldOut, ...]:
@@ -73,30 +77,23 @@ def held_out(series: Sequence[Series]) -> tuple[HeldOut, ...]:
     for one in series:
         if one.time_s:
             grouped.setdefault((one.channel, one.run), []).append(one)
-    return tuple(_joined(own) for own in grouped.values())
-
-
-def _joined(own: list[Series]) -> HeldOut:
-    own = sorted(own, key=lambda one: one.time_s[0])
-    unit, factor = shown_unit(own[0].unit)
-    parts: list[FloatArray] = []
-    for number, one in enumerate(own):
-        columns = np.array([one.time_s, one.measured, one.before, one.after], float)
-        if number:
+    found = []
+    for (channel, run), windows in grouped.items():
+        unit, factor = shown_unit(windows[0].unit)
+        parts: list[FloatArray] = []
+        for one in sorted(windows, key=lambda one: one.time_s[0]):
+            columns = np.array([one.time_s, one.measured, one.before, one.after], float)
             # every window starts anew: no line is drawn from one to the next
-            parts.append(np.array([[columns[0, 0]], [np.nan], [np.nan], [np.nan]]))
-        parts.append(columns)
-    time_s, measured, before, after = np.hstack(parts)
-    if own[0].channel in _ANGLES:
-        there = np.isfinite(measured)
-        turned = measured.copy()
-        turned[there] = np.unwrap(measured[there])
-        before, after = (
-            turned - np.angle(np.exp(1j * (measured - model))) for model in (before, after)
-        )
-        measured = turned
-    measured, before, after = factor * measured, factor * before, factor * after
-    return HeldOut(own[0].run, own[0].channel, unit, time_s, measured, before, after)
+            parts += [np.array([[columns[0, 0]], [np.nan], [np.nan], [np.nan]]), columns]
+        time_s, measured, *models = np.hstack(parts[1:])
+        if channel in _ANGLES:
+            there, turned = np.isfinite(measured), measured.copy()
+            turned[there] = np.unwrap(measured[there])
+            models = [turned - np.angle(np.exp(1j * (measured - own))) for own in models]
+            measured = turned
+        shown = (factor * own for own in (measured, *models))
+        found.append(HeldOut(run, channel, unit, time_s, *shown))
+    return tuple(found)
 
 
 def curves_in_order(record: DiagnosisRecord) -> list[HeldOut]:

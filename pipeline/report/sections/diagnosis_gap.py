@@ -5,7 +5,7 @@ from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
 from pipeline.report import diagnosis_words as words
 from pipeline.report.blocks import Blocks, Details, Gallery, Table, Text, chapter
-from pipeline.report.channels import channel_name, in_order, shown_unit, symbol
+from pipeline.report.diagnosis_words import channel_name, in_order, shown_unit, symbol
 from pipeline.report.numbers import MINUS, fixed, general, percent, plural
 from pipeline.report.sections.diagnosis_curves import curves_in_order, resolution, run_figure
 

@@ -3,6 +3,8 @@
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from pipeline.errors import Problem
 from pipeline.records.base import Source
 from pipeline.records.fits import Check
@@ -65,9 +67,7 @@ def _load_test(used: Sequence[LoadTestPoint]) -> str:
     if not used:
         return text
     loading = sum(point.branch == "loading" for point in used)
-    rpm, torque = (
-        sorted(abs(getattr(p, n)) for p in used) for n in ("shaft_speed_rpm", "torque_nm")
-    )
+    rpm, torque = np.sort(np.abs([(p.shaft_speed_rpm, p.torque_nm) for p in used]), axis=0).T
     counted = (
         f"{plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
         f"load; shaft speed {fixed(rpm[0], 0)} to {fixed(rpm[-1], 0)} rpm, torque "
@@ -118,31 +118,15 @@ def _codes(every: Iterable[float | None]) -> str:
 
 
 def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Blocks:
-    yield _sheet_table(sheets, points)
-    rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
-    for source, marks in points:
-        if marks:
-            rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
-    if rows:
-        left_out = [
-            {"File": file, "Worksheet": sheet or "–", "Rows": row_ranges(own), "Why": mark}
-            for (file, sheet, mark), own in rows.items()
-        ]
-        many = plural(sum(map(len, rows.values())), "point")
-        table = Table.of("Points left out, by row", left_out)
-        yield Details(f"{many} left out, by row", (table,))
-    if any(sheet.columns for sheet in sheets):
-        yield Details("Columns and units as understood", (_column_table(sheets),))
-
-
-def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Block:
-    """Say what became of the points of each sheet; of many sheets together by file, folded."""
+    """Say what became of the points, folded where there are many sheets, and how it was read."""
     reasons: defaultdict[tuple[str, str | None], Counter[str]] = defaultdict(Counter)
     used: Counter[tuple[str, str | None]] = Counter()
+    rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
     for source, marks in points:
-        key = (source.file, source.sheet)
-        reasons[key].update(marks)
-        used[key] += not marks
+        reasons[source.file, source.sheet].update(marks)
+        used[source.file, source.sheet] += not marks
+        if marks:
+            rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
     table = Table.of(
         "Sheets and what became of their points",
         sheets,
@@ -158,7 +142,33 @@ def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Block
         },
     )
     many = f"{plural(len(sheets), 'sheet')} and what became of their points"
-    return table if len(sheets) <= SHEETS_SHOWN else Details(many, (table,))
+    yield table if len(sheets) <= SHEETS_SHOWN else Details(many, (table,))
+    if rows:
+        left_out = [
+            {"File": file, "Worksheet": sheet or "–", "Rows": row_ranges(own), "Why": mark}
+            for (file, sheet, mark), own in rows.items()
+        ]
+        many = plural(sum(map(len, rows.values())), "point")
+        table = Table.of("Points left out, by row", left_out)
+        yield Details(f"{many} left out, by row", (table,))
+    # sheets of one file mostly share their layout: one row for each distinct reading of a column
+    where: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for sheet in sheets:
+        for column in sheet.columns:
+            read = (column.quantity, column.header, column.column, column.unit, column.unit_from)
+            where[sheet.file, *read].append(sheet.sheet if sheet.sheet is not None else "–")
+    if where:
+        found = [
+            (file, ", ".join(o) if len(o) <= 3 else f"{o[0]} … {o[-1]} ({len(o)})", *read)
+            for (file, *read), o in where.items()
+        ]
+        table = Table.of(
+            "Columns and units as understood",
+            found,
+            "File: {0} | Sheets: {1} | Quantity: {2} | Column header: {3} | Column: {4} | "
+            "Unit: {5} | Unit taken from: {6}",
+        )
+        yield Details("Columns and units as understood", (table,))
 
 
 def row_ranges(rows: Iterable[int]) -> str:
@@ -256,12 +266,21 @@ def note_block(problems: Sequence[Problem]) -> Block | None:
 
 def _problem_table(caption: str, problems: Sequence[Problem], shown: int) -> Table:
     """Group problems with the same message; places beyond those shown are counted."""
+
+    def places(own: list[str]) -> str:
+        first, rest = "; ".join(own[:shown]), len(own) - shown
+        if len(own) == 1:
+            return first
+        return (
+            f"each of {first}" if rest <= 0 else f"each of {first}; and {rest} more, listed below"
+        )
+
     return Table.of(
         caption,
         _grouped(problems).items(),
         lambda own: {
             "Severity": own[0][0],
-            "Where": _places(own[1], shown),
+            "Where": places(own[1]),
             "What": own[0][1],
             "Expected": own[0][2] or "–",
             "What to do": own[0][3] or "–",
@@ -276,11 +295,3 @@ def _grouped(problems: Sequence[Problem]) -> dict[tuple[str, str, str, str], lis
         key = (problem.severity, problem.what, problem.expected, problem.remedy)
         groups.setdefault(key, []).append(str(problem.place))
     return groups
-
-
-def _places(places: list[str], shown: int) -> str:
-    if len(places) == 1:
-        return places[0]
-    if len(places) <= shown:
-        return f"each of {'; '.join(places)}"
-    return f"each of {'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"

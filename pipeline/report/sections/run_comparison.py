@@ -20,7 +20,7 @@ from pipeline.report.blocks import (
     Text,
     chapter,
 )
-from pipeline.report.channels import channel_name, short_name, shown_unit
+from pipeline.report.diagnosis_words import channel_name, short_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
 from pipeline.report.results import RunResults
 from pipeline.report.zoomable import Axis, Panel, Resolution, Style, Trace, zoomable_figure

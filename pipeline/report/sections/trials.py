@@ -1,12 +1,13 @@
-"""Trial days of a vehicle: where their pages are, and what changed from one to the next."""
+"""Trial days of a vehicle: their pages, and what was identified from one to the next."""
 
 import textwrap
 from collections.abc import Collection, Mapping
 
 import numpy as np
+from markupsafe import Markup
 
 from pipeline.language import as_it_is, translate
-from pipeline.records.identification import IdentifiedParameter
+from pipeline.records.identification import IdentifiedParameter, StraightLineIdentification
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Blocks, Details, Figure, Heading, Links, Text, chapter
 from pipeline.report.numbers import plural
@@ -149,3 +150,24 @@ def _in_lines(words: str) -> str:
 def apart(before: IdentifiedParameter, now: IdentifiedParameter) -> bool:
     """Whether the intervals of two days have nothing in common."""
     return before.ci95[1] < now.ci95[0] or now.ci95[1] < before.ci95[0]
+
+
+def slope_figure(found: StraightLineIdentification) -> Markup:
+    """Draw the points, the fitted slopes that stand, and that of the dry mass alone."""
+    thrust, acceleration = np.array(found.points).reshape(-1, 2).T
+    ends = np.array([thrust.min(), thrust.max()])
+    lines = [("dry mass", found.dry_mass_kg, plotting.ORANGE)]
+    lines += [
+        (one.estimator, one.total_mass_kg, colour)
+        for one, colour in (
+            (found.plain[0], plotting.VERMILLION), (found.with_terms, plotting.BLUE),
+        )
+        if one is not None and not one.refused
+    ]  # fmt: skip
+    traces = [Trace("measured", thrust, acceleration, plotting.SOFT, "points")]
+    for label, mass, colour in lines:
+        level = acceleration.mean() + (ends - thrust.mean()) / mass
+        traces.append(Trace(label, ends, level, colour))
+    said = f"acceleration against thrust, {found.axis}, {len(found.segments)} straight stretches"
+    panel = Panel("acceleration  [m/s²]", traces, height=2.0)
+    return zoomable_figure("slope", "", said, [panel], x_label="thrust along the axis  [N]").svg

@@ -9,7 +9,7 @@ from pipeline.cli import cli
 from pipeline.identify.slope_regression import Slope
 from pipeline.identify.straight_line import estimate
 from pipeline.records.identification import StraightLineIdentification
-from pipeline.report.sections.slope import slope_figure
+from pipeline.report.sections.trials import slope_figure
 
 MASS_KG = 100.0
 
