@@ -60,7 +60,7 @@ _PROSE = re.compile(
 #: What only a page's headings are.
 _WORD = re.compile(r"^[A-Z][a-z-]{3,}$")
 #: A column of a table of a page (`report.blocks.Table.of`): its heading, then what stands there.
-_COLUMN = re.compile(r"(?:^| \| )([^{}|]+): \{")
+_COLUMN = re.compile(r"(?:^| \| )([^{}|]+): [^{}|:]*\{")
 _IN_TEMPLATE = re.compile(r'_\("([^"]+)"\)')
 _FIELD = re.compile(r"\{(\d+)\}")
 _COUNTING = {"plural", "_plural"}
@@ -128,7 +128,7 @@ def _of_module(text: str, name: str) -> Iterator[Entry]:
             continue
         whole, notes = _message(node)
         plain = node.value if isinstance(node, ast.Constant) else ""
-        if name.startswith("report/") and isinstance(plain, str) and ": {" in plain:
+        if name.startswith("report/") and isinstance(plain, str) and " | " in plain:
             whole = "\n".join(_COLUMN.findall(plain)) or whole
         for line in whole.split("\n"):
             message, own = _numbered(line.strip(), notes)

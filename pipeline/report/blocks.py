@@ -23,6 +23,8 @@ _BESIDE = 3
 #: A cell with a number, perhaps with its unit or interval, and what stands in the place of one.
 _NUMBER = re.compile(r"[<>±+−-]?\s?\d(?!.*[^\W\d]{4}).*", re.DOTALL)
 _NOTHING = frozenset({"", "–", "all", "none", "not stated", "not known"})
+#: A column of a table: its heading, and what stands there.
+_COLUMN = re.compile(r"(?:^| \| )([^{|]+): ([^{|:]*\{[^|]*?)(?=$| \| )")
 T = TypeVar("T")
 
 
@@ -83,10 +85,9 @@ class Table:
         """
         own = list(items)
         if isinstance(row, str):
-            columns = [one.partition(": {") for one in row.split(" | ")]
-            header = tuple(name for name, _, _ in columns) if own else ()
-            cells = [f"{{{pattern}" for _, _, pattern in columns]
-            rows = tuple(tuple(Pattern().vformat(c, (one,), {}) for c in cells) for one in own)
+            columns = [column.groups() for column in _COLUMN.finditer(row)]
+            header = tuple(name for name, _ in columns) if own else ()
+            rows = tuple(tuple(Pattern().vformat(c, (o,), {}) for _, c in columns) for o in own)
         else:
             found = [row(one) for one in own]
             header = tuple(found[0]) if found else ()

@@ -49,10 +49,9 @@ def design_page(found: Design, crumbs: Labels = (), assets: str = "") -> str:
 def _printed_section(printed: Sequence[Printed]) -> Blocks:
     inside = sum(row.within_rounding for row in printed)
     yield Text(
-        f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what "
-        "is printed. A suffix after the quantity tells what ours is computed from (exact: the "
-        "exact form; from printed: from other printed numbers; the name of a flow: from our "
-        "cable)."
+        f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what is "
+        "printed. A suffix after the quantity tells what ours is computed from (exact: the exact "
+        "form; from printed: from other printed numbers; the name of a flow: from our cable)."
     )
     groups: dict[str, list[Printed]] = {}
     for row in printed:

@@ -13,10 +13,19 @@ from pipeline.report.glance import diagnosis_glance
 from pipeline.report.numbers import plural
 from pipeline.report.page import Labels, Page
 from pipeline.report.plain_words import what_to_look_at
-from pipeline.report.sections.diagnosis_answer import next_section, notes_section, ranking_section
+from pipeline.report.sections.diagnosis_answer import (
+    evidence_section,
+    next_section,
+    notes_section,
+    ranking_section,
+)
 from pipeline.report.sections.diagnosis_curves import finding_figure
-from pipeline.report.sections.diagnosis_evidence import confusable_section, evidence_section
-from pipeline.report.sections.diagnosis_gap import gap_section, over_floor, shrink_section
+from pipeline.report.sections.diagnosis_gap import (
+    confusable_section,
+    gap_section,
+    over_floor,
+    shrink_section,
+)
 
 
 def diagnosis_page(

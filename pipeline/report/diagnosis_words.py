@@ -9,7 +9,7 @@ from pipeline.effects.library import effects
 from pipeline.language import as_it_is, translate
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.diagnosis import DiagnosisRecord, ParameterEstimate, Verdict
-from pipeline.report.numbers import fixed, general, percent, with_interval
+from pipeline.report.numbers import fixed, general, percent, unit_text, with_interval
 
 REGRESSORS = {
     "speed_mps": "speed",
@@ -173,15 +173,6 @@ def ratio_text(ratio: float) -> str:
     ('1.0', '32', '1200')
     """
     return f"{ratio:.1f}" if ratio < 9.95 else general(float(f"{ratio:.2g}"), 4).partition(".")[0]
-
-
-def unit_text(unit: str) -> str:
-    """Set the powers of a unit as a person does.
-
-    >>> unit_text("kg m^2"), unit_text("m^3")
-    ('kg m²', 'm³')
-    """
-    return unit.replace("^2", "²").replace("^3", "³")
 
 
 def parameter_words(name: str, one: ParameterEstimate) -> tuple[str, str]:

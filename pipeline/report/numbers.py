@@ -131,6 +131,15 @@ def use_of_limit(use: float | None) -> str:
     return percent(use) if use <= 10.0 else f"> {percent(10.0)}"
 
 
+def unit_text(unit: str) -> str:
+    """Set the powers of a unit as a person does.
+
+    >>> unit_text("kg m^2"), unit_text("m^3")
+    ('kg m²', 'm³')
+    """
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
 def plural(count: int, singular: str, plural_form: str = "") -> str:
     """Count things.
 
@@ -149,7 +158,7 @@ class Pattern(string.Formatter):
     """Texts with values of a thing in them: ``{length_m:1000*.1f} mm``; a dash where one is None.
 
     Written as a number with decimals (``.1f``, ``+.1f`` with a sign) or figures (``.3g``), or in a
-    way of its own: ``code``, ``speed``, ``percent``, ``use``, ``name``, ``words``.
+    way of its own (`WAYS`).
 
     >>> Pattern().format("{0} at {1:1000*+.1f} mm, {1:percent}", ("a", 0.012))
     'a at +12.0 mm, 1.2 %'
@@ -157,7 +166,8 @@ class Pattern(string.Formatter):
 
     WAYS: Mapping[str, Callable[[Any], str]] = {
         "code": code, "speed": speed, "percent": percent, "use": use_of_limit, "name": as_it_is,
-        "words": lambda name: str(name).replace("_", " "),
+        "words": lambda name: str(name).replace("_", " "), "unit": unit_text,
+        "yes": lambda one: "yes" if one else "no",
     }  # fmt: skip
 
     def get_value(self, key: int | str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:  # noqa: ANN401, ARG002, D102

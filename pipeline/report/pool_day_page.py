@@ -20,8 +20,8 @@ from pipeline.report.blocks import (
     chapter,
     fold,
 )
-from pipeline.report.diagnosis_words import said, unit_text
-from pipeline.report.numbers import general, plural
+from pipeline.report.diagnosis_words import said
+from pipeline.report.numbers import plural
 from pipeline.report.page import Labels, Page
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
@@ -127,14 +127,9 @@ def _promises(record: PoolDay) -> Blocks:
     yield Table.of(
         "95 % intervals now, and after the day",
         record.promises,
-        lambda one: {
-            "Parameter": one.name.replace("_", " "),
-            "Unit": unit_text(one.unit),
-            "Vehicle file": general(one.value),
-            "Today": f"± {general(one.half_width_before, 2)}",
-            "After the day": f"± {general(one.half_width, 2)}",
-            "As wanted": "yes" if one.reached else "no",
-        },
+        "Parameter: {name:words} | Unit: {unit:unit} | Vehicle file: {value:.3g} | "
+        "Today: ± {half_width_before:.2g} | After the day: ± {half_width:.2g} | "
+        "As wanted: {reached:yes}",
     )
 
 

@@ -18,9 +18,8 @@ from pipeline.report.blocks import (
     chapter,
     fold,
 )
-from pipeline.report.diagnosis_words import unit_text
 from pipeline.report.glance import rank
-from pipeline.report.numbers import fixed, general, plural, speed, with_interval
+from pipeline.report.numbers import fixed, general, plural, speed, unit_text, with_interval
 from pipeline.report.page import SIGNS, Labels, Page
 from pipeline.report.results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.sections.diagnosis_curves import finding_figure

@@ -139,9 +139,8 @@ def validation_section(results: VehicleResults) -> Blocks:
     text = (
         f"Each keeping flight lasts {validation.flight_s:g} s and starts at its speed with the "
         "thrusters where the allocator puts them for the drag there. Sines push the vehicle: "
-        f"{', '.join(pushed) or 'none'}. Commands every {validation.control_period_s:g} s. "
-        f"Without compensation: {validation.mooring_inverse}; with it: "
-        f"{validation.compensated_inverse}."
+        f"{', '.join(pushed) or 'none'}. Commands every {validation.control_period_s:g} s. Without "
+        f"compensation: {validation.mooring_inverse}; with it: {validation.compensated_inverse}."
     )
     yield Details("What was flown", (Text(text),))
 

@@ -20,12 +20,11 @@ _MOST_USE = 2.0
 def state_section(found: BalanceDesign) -> Blocks:
     """Show the steady state, and what each thruster carries in it."""
     yield Text(
-        f"{speed(found.speed_mps)} m/s, residual buoyancy "
-        f"{general(found.residual_buoyancy_n)} N upwards, stern thrusters at "
-        f"{general(found.angle_deg)} deg. Steady and level, eq. (1) of Kostenko 2017 is three "
-        "equations for angle of attack, surge and vertical force. The moment of weight and "
-        "buoyancy rights the vehicle: the paper prints it with plus in (1) and (3), with minus "
-        "in (6); only the minus rights."
+        f"{speed(found.speed_mps)} m/s, residual buoyancy {general(found.residual_buoyancy_n)} N "
+        f"upwards, stern thrusters at {general(found.angle_deg)} deg. Steady and level, eq. (1) of "
+        "Kostenko 2017 is three equations for angle of attack, surge and vertical force. The "
+        "moment of weight and buoyancy rights the vehicle: the paper prints it with plus in (1) "
+        "and (3), with minus in (6); only the minus rights."
     )
     yield Table.of(
         "Steady state",
@@ -42,10 +41,9 @@ def state_section(found: BalanceDesign) -> Blocks:
     yield Table.of(
         "Loads of the exact form",
         found.exact.loads,
-        "Thruster: {thruster} | thrust, N: {thrust_n:.1f} | inflow, m/s: {inflow_mps:.2f} | "
-        "code: {code:.1f} | shaft speed, rpm: {shaft_speed_rpm:.0f} | "
-        "torque, N m: {torque_nm:.3f} | power, W: {power_w:.0f} | limit, N: {limit_n:.1f} | "
-        "use: {use:use}",
+        "Thruster: {thruster} | thrust, N: {thrust_n:.1f} | inflow, m/s: {inflow_mps:.2f} | code: "
+        "{code:.1f} | shaft speed, rpm: {shaft_speed_rpm:.0f} | torque, N m: {torque_nm:.3f} | "
+        "power, W: {power_w:.0f} | limit, N: {limit_n:.1f} | use: {use:use}",
         note="Inflow is the speed of the water along the thruster. Code, shaft speed and torque "
         "need a vehicle with bench tables; power without them is by eq. (10).",
     )

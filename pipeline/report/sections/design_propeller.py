@@ -19,10 +19,9 @@ def ranked_section(found: PropellerDesign) -> Blocks:
     points, best = _points(found), found.ranked[0]
     yield Text(
         f"Required: {general(found.thrust_n)} N at an advance speed of "
-        f"{general(found.advance_speed_mps)} m/s in water of "
-        f"{general(found.density_kgpm3, 4)} kg/m^3. Drive: {found.drive}. For each number of "
-        "blades the propeller of the series that needs least shaft power, by differential "
-        "evolution and SLSQP."
+        f"{general(found.advance_speed_mps)} m/s in water of {general(found.density_kgpm3, 4)} "
+        f"kg/m^3. Drive: {found.drive}. For each number of blades the propeller of the series that "
+        "needs least shaft power, by differential evolution and SLSQP."
     )
     yield Table.of(
         "Propellers ranked by shaft power",
@@ -50,9 +49,8 @@ def ranked_section(found: PropellerDesign) -> Blocks:
 def cavitation_section(found: PropellerDesign) -> Blocks:
     """Show by two criteria which propellers cavitate."""
     yield Text(
-        "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. "
-        "Burrill: the loading of the projected area must stay below the line of 5 % back "
-        "cavitation."
+        "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. Burrill: "
+        "the loading of the projected area must stay below the line of 5 % back cavitation."
     )
     yield Table.of(
         "Cavitation",

@@ -29,10 +29,9 @@ def pull_section(found: TetherDesign) -> Blocks:
     yield Text(
         f"{general(found.length_m)} m of cable, vehicle {general(found.radius_m)} m from the "
         f"garage's vertical and {general(abs(found.height_m))} m "
-        f"{'below' if found.height_m < 0 else 'above'} it, own velocity "
-        f"{own} m/s, current {current} m/s, "
-        f"{general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y up, Z to "
-        "starboard."
+        f"{'below' if found.height_m < 0 else 'above'} it, own velocity {own} m/s, current "
+        f"{current} m/s, {general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y "
+        "up, Z to starboard."
     )
     yield _pull_figure(found)
     yield Text(_FLOWS) if len(found.variants) > 1 else None

@@ -64,10 +64,10 @@ def curves(record: DiagnosisRecord) -> tuple[HeldOut, ...]:
     name, found = identifiers(record.runs), []
     for one in record.by_code:
         series = (one.code, one.measured, one.before, one.after)
-        own = np.array(series, float)[:, np.argsort(one.code)]
-        apart = np.asarray(one.held_out, bool)[np.argsort(one.code)]
-        kept = apart if apart.any() else None
-        found.append(HeldOut(name, one.channel, one.unit, *own, apart=kept))
+        order = np.argsort(one.code)
+        x, measured, before, after = np.array(series, float)[:, order]
+        apart = np.asarray(one.held_out, bool)[order] if any(one.held_out) else None
+        found.append(HeldOut(name, one.channel, one.unit, x, measured, before, after, apart))
     return tuple(found)
 
 

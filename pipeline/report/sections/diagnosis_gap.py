@@ -1,4 +1,6 @@
-"""A diagnosis' page: where the gap lies, and how far it shrinks on what took no part."""
+"""A diagnosis' page: where the gap lies, how far it shrinks, what cannot be told apart."""
+
+import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
@@ -15,6 +17,10 @@ MOST_DRAWN = 36
 _NOTABLY = 1.2
 #: A regime whose share of the gap is below this many times its share of the time hardly stands out.
 _HARDLY_MORE = 1.25
+#: Below this angle two effects are one answer. [deg]
+ONE_ANSWER_DEG = 10.0
+#: More pairs than this are folded away.
+_PAIRS = 12
 _HORIZONS = {"0.5": "0.5 s ahead", "2": "2 s ahead", "10": "10 s ahead", "run": "whole run"}
 #: Ratio from which a cell is shaded, the darkest first.
 _SHADES = ((10.0, "hot3"), (4.0, "hot2"), (1.5, "hot1"))
@@ -234,3 +240,38 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
 def _more_sensitive(one: ShrinkFigures) -> bool:
     """Whether sound vehicles with the answer leave notably more."""
     return (one.noise_floor_after or 0.0) > _NOTABLY * one.noise_floor
+
+
+@chapter("confusable", "What cannot be told apart")
+def confusable_section(record: DiagnosisRecord) -> Blocks:
+    """Name the effects that these runs cannot separate, known before the verdict."""
+    pairs = sorted(record.confusable, key=lambda pair: -pair[2])
+    if not pairs:
+        yield Text("Every two candidates leave traces of their own in these runs.")
+        return
+    found = [(words.in_words(a), words.in_words(b), angle_deg(cosine)) for a, b, cosine in pairs]
+    table = Table.of(
+        "Closest pairs of effects",
+        found,
+        "Effect: {0} | and: {1} | Angle [deg]: {2:.1f}",
+        lambda pair: pair[2] <= ONE_ANSWER_DEG,
+        note="Angle between what the two effects do to the readings, after everything that is "
+        "ordinary has been taken away: 0 means the same trace, 90 nothing in common.",
+    )
+    yield Text(
+        f"Known from the runs alone, before the verdict. Marked: closer than {ONE_ANSWER_DEG:g} "
+        "degrees, one answer unless the verdict names a thruster, axis or size that tells them "
+        "apart."
+        if min(angle for *_, angle in found) <= ONE_ANSWER_DEG
+        else f"No two effects come closer than {ONE_ANSWER_DEG:g} degrees; the closest pairs:"
+    )
+    yield table if len(pairs) <= _PAIRS else Details(f"{len(pairs)} pairs", (table,))
+
+
+def angle_deg(cosine: float) -> float:
+    """Angle of a cosine. [deg].
+
+    >>> angle_deg(1.0), round(angle_deg(0.5), 6)
+    (0.0, 60.0)
+    """
+    return float(np.degrees(np.arccos(np.clip(abs(cosine), 0.0, 1.0))))

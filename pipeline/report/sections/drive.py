@@ -54,11 +54,10 @@ def drive_section(results: VehicleResults) -> Blocks:
     yield Table.of(
         "Scatter about the surface, by code",
         fit.codes,
-        "Code: {code:code} | Points: {points} | "
-        "Shaft speed, rpm: {shaft_speed_rpm[0]:.0f} to {shaft_speed_rpm[1]:.0f} | "
-        "Torque, N m: {torque_nm[0]:.3f} to {torque_nm[1]:.3f} | "
-        "Residual std, mN m: {residual_std_nm:1000*.2f} | "
-        "Rising less falling load, mN m: {loading_minus_unloading_nm:1000*+.2f}",
+        "Code: {code:code} | Points: {points} | Shaft speed, rpm: {shaft_speed_rpm[0]:.0f} to "
+        "{shaft_speed_rpm[1]:.0f} | Torque, N m: {torque_nm[0]:.3f} to {torque_nm[1]:.3f} | "
+        "Residual std, mN m: {residual_std_nm:1000*.2f} | Rising less falling load, mN m: "
+        "{loading_minus_unloading_nm:1000*+.2f}",
     )
     if fit.quality.order_reason:
         yield Text(fit.quality.order_reason)
@@ -130,10 +129,9 @@ def _intervals(fit: DriveFit) -> Text:
             "sweep go together."
         )
     return Text(
-        f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
-        f"two for each of the {terms} terms of the surface: the 95 % intervals "
-        "that rest on it hold the truth less often than that. Measure more codes, both "
-        "branches, or a second drive."
+        f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than two "
+        f"for each of the {terms} terms of the surface: the 95 % intervals that rest on it hold "
+        "the truth less often than that. Measure more codes, both branches, or a second drive."
         if fit.clustered
         else f"The {fit.clusters} sweeps are too few for the {terms} terms of the "
         "surface, so the covariance could not be clustered by sweep: it counts the points of a "

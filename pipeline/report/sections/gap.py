@@ -47,11 +47,10 @@ def gap_section(results: VehicleResults) -> Blocks:
     outside = sum(abs(gap.gap_n) > gap.half_width_n for gap in gaps)
     largest = f"{fixed(abs(worst.gap_n), 2)} N at code {code(worst.code)}"
     said = (
-        f"The two routes to the thrust at rest differ by up to {largest}. "
-        f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
-        "interval of calculation and mooring mean together: it is not scatter, but a true "
-        "difference between the mooring test and the route over load test and open-water "
-        "curves."
+        f"The two routes to the thrust at rest differ by up to {largest}. At {outside} of "
+        f"{len(gaps)} codes the difference is larger than the 95 % interval of calculation and "
+        "mooring mean together: it is not scatter, but a true difference between the mooring test "
+        "and the route over load test and open-water curves."
         if outside
         else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
         " N, inside their 95 % intervals at every code."

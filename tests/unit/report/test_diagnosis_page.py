@@ -180,8 +180,8 @@ def test_of_very_many_figures_the_last_are_named_and_not_drawn(record: Diagnosis
     first = record.series[0]
     many = tuple(first.model_copy(update={"run": f"run-{k:02}"}) for k in range(MOST_DRAWN + 2))
     text = diagnosis_page(record.model_copy(update={"series": many}), assets="assets")
-    # and the picture of the first screen
-    assert text.count('class="zoom-data"') == MOST_DRAWN + 1
+    # and the picture of the first screen, and the bars of the answers
+    assert text.count('class="zoom-data"') == MOST_DRAWN + 2
     assert f"Not drawn: w in run-{MOST_DRAWN}, w in run-{MOST_DRAWN + 1}." in text
 
 
