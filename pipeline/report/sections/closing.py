@@ -6,7 +6,7 @@ from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
 from pipeline.report.blocks import Blocks, Links, Table, Text, chapter
 from pipeline.report.html import safe_link
-from pipeline.report.numbers import fixed, general, signed, speed
+from pipeline.report.numbers import code, fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
 
 #: Of a digest.
@@ -66,9 +66,9 @@ def firmware_section(results: VehicleResults) -> Blocks:
             else "rest only, at any speed the same"
         )
         yield Text(
-            f"The tables cover codes {firmware.code_min} to {firmware.code_max} and {covered}; "
-            f"thrust up to {fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} "
-            "N in reverse at rest. Inputs beyond are clamped."
+            f"The tables cover codes {code(firmware.code_min)} to {code(firmware.code_max)} and "
+            f"{covered}; thrust up to {fixed(limits.forward_n, 1)} N forward and "
+            f"{fixed(limits.reverse_n, 1)} N in reverse at rest. Inputs beyond are clamped."
         )
     if not files:
         none = "no files were written beside this page; rig2sea export writes them."

@@ -307,8 +307,8 @@ def test_range_of_codes_is_the_drives(results: VehicleResults, page: str) -> Non
     weak_results = dataclasses.replace(
         results, inverse=inverse.model_copy(update={"firmware": weak})
     )
-    assert "The tables cover codes -127 to 127" in text_of(page)
-    assert "The tables cover codes -100 to 127" in text_of(vehicle_page(weak_results))
+    assert "The tables cover codes −127 to 127" in text_of(page)
+    assert "The tables cover codes −100 to 127" in text_of(vehicle_page(weak_results))
 
 
 def test_load_test_alone_shows_the_drive(results: VehicleResults) -> None:
