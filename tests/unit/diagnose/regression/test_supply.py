@@ -1,48 +1,62 @@
 """What a logged voltage says of the supply."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
+from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import candidates
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
-CASE = small_case(("voltage_sag:drop=0.1",), manoeuvres=("prbs",), seconds=20.0)
-EVERY = directions_of(CASE.vehicle, CASE.packed, candidates(CASE.packed.context))
-DROP = [one.name for one in EVERY].index("voltage_sag:drop")
+
+@dataclass(frozen=True)
+class Told:
+    run: RunTable
+    every: tuple[Coordinate, ...]
+    supply: Callable[[RunTable], tuple[FloatArray, FloatArray]]
+
+    def drop(self, run: RunTable) -> tuple[float, float]:
+        """Return the drop that a run tells, and its information."""
+        information, score = self.supply(run)
+        at = [one.name for one in self.every].index("voltage_sag:drop")
+        unit = self.every[at].unit_size
+        return score[at] / information[at, at] * unit, information[at, at] ** -0.5 * unit
 
 
-def told(run: RunTable) -> tuple[FloatArray, FloatArray]:
-    return supply_told(CASE.packed, run, CASE.vehicle.sensors, EVERY)
+@pytest.fixture(scope="module")
+def told() -> Told:
+    case = small_case(("voltage_sag:drop=0.1",), manoeuvres=("prbs",), seconds=20.0)
+    every = directions_of(case.vehicle, case.packed, candidates(case.packed.context))
+    sensors = case.vehicle.sensors
+    return Told(case.runs[0], every, lambda run: supply_told(case.packed, run, sensors, every))
 
 
-def test_a_drop_is_read_off_the_voltage_and_nothing_else_is() -> None:
-    information, score = told(CASE.runs[0])
-    drop = score[DROP] / information[DROP, DROP] * EVERY[DROP].unit_size
+def test_a_drop_is_read_off_the_voltage_and_nothing_else_is(told: Told) -> None:
+    drop, std = told.drop(told.run)
     assert drop == pytest.approx(0.1, abs=0.01)
-    assert information[DROP, DROP] ** -0.5 * EVERY[DROP].unit_size < 0.006
-    assert np.count_nonzero(np.diag(information)) == 2
+    assert std < 0.006
+    assert np.count_nonzero(np.diag(told.supply(told.run)[0])) == 2
 
 
-def test_readings_that_are_not_trusted_count_for_nothing() -> None:
-    run = CASE.runs[0]
+def test_readings_that_are_not_trusted_count_for_nothing(told: Told) -> None:
+    run = told.run
     voltage = run.values["voltage"].copy()
     voltage[::3] = np.nan
-    information, score = told(replace(run, values=run.values | {"voltage": voltage}))
-    drop = score[DROP] / information[DROP, DROP] * EVERY[DROP].unit_size
+    drop, _ = told.drop(replace(run, values=run.values | {"voltage": voltage}))
     assert drop == pytest.approx(0.1, abs=0.01)
     nothing = replace(run, values=run.values | {"voltage": np.full_like(voltage, np.nan)})
-    assert not told(nothing)[0].any()
+    assert not told.supply(nothing)[0].any()
 
 
-def test_without_a_voltage_nothing_is_said() -> None:
-    run = CASE.runs[0]
+def test_without_a_voltage_nothing_is_said(told: Told) -> None:
+    run = told.run
     values = {name: own for name, own in run.values.items() if name != "voltage"}
-    information, score = told(replace(run, values=values))
+    information, score = told.supply(replace(run, values=values))
     assert not information.any()
     assert not score.any()
