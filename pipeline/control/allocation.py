@@ -58,6 +58,8 @@ class ChannelThrusts:
             self.surge_n - self.heading_n,
             self.surge_n + self.heading_n,
         ]
+        if not any(np.ndim(one) for one in parts):  # stacking takes ten times as long
+            return np.array(parts, float)
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 

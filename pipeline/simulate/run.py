@@ -84,13 +84,10 @@ def largest_step_s(
         Infinite where no balance is solved in time.
     """
     p = packed.vector if vector is None else vector
-    count = len(packed.thruster_names)
+    inertias, kinds = read(p, "rotor_inertia"), read(p, "thruster_type")
     fastest = 0.0
-    for inertia, kind in zip(
-        read(p, "rotor_inertia")[:count], read(p, "thruster_type")[:count].astype(int), strict=True
-    ):
-        if inertia <= 0.0:
-            continue
+    for k in np.flatnonzero(inertias[: len(packed.thruster_names)] > 0.0).tolist():
+        inertia, kind = inertias[k], kinds[k]
         rate = packed.fastest_shaft_rate(int(kind), float(read(p, "density")))
         fastest = max(fastest, rate / float(inertia))
     return _SHAFT_REACH[method] / fastest if fastest > 0.0 else float("inf")
