@@ -30,8 +30,9 @@ FIND_PYTHON := for p in python3.11 python3 python3.12 python3.13 python; do \
 	&& { echo "$$p"; break; }; done || true
 PYTHON ?= $(shell $(FIND_PYTHON))
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-# Half of what pip would compile, one file after the other, is of use to nobody here.
-NEVER_IMPORTED := /tests?/|/pymavlink/dialects/|/plotly/|/site-packages/(pip|mypyc?)/
+# What pip would compile, one file after the other, is mostly of use to no run; the rest is compiled
+# where it is first imported.
+NO_RUN_IMPORTS := /tests?/|/pymavlink/dialects/|/plotly/|/site-packages/(pip|mypyc?|pygments|fontTools|docutils|setuptools|pkg_resources|_pytest|hypothesis|hatchling|rich|markdown_it|openpyxl|git|nbformat|importlinter|grimp|pyarrow|lxml|google)/
 TESTS ?=
 MINUTES ?= 10
 
@@ -54,7 +55,7 @@ $(STAMP): requirements.lock pyproject.toml
 	    exit 1; }; fi
 	@echo "Installing the packages of requirements.lock ..."
 	@$(PIP) install --no-compile --require-hashes --no-deps --requirement requirements.lock
-	@$(BIN)/python -m compileall -qq -j 0 -x '$(NEVER_IMPORTED)' $(VENV)/lib || true
+	@$(BIN)/python -m compileall -qq -j 0 -x '$(NO_RUN_IMPORTS)' $(VENV)/lib || true
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
