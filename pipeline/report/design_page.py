@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pipeline.language import as_it_is, translate
 from pipeline.records.design import BalanceDesign, Design, Printed, PropellerDesign
-from pipeline.report.blocks import Blocks, Details, Section, Table, Text, chapter
+from pipeline.report.blocks import Blocks, Details, Section, Table, Text, chapter, fold
 from pipeline.report.numbers import as_printed, general, plural, signed
 from pipeline.report.page import Labels, Page
 from pipeline.report.sections import design_balance, design_propeller, design_tether
@@ -40,7 +40,7 @@ def design_page(found: Design, crumbs: Labels = (), assets: str = "") -> str:
         under=tuple(under),
         notes=tuple(Text(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,
-        sections=(*sections, *([_printed_section(found.printed)] if found.printed else [])),
+        sections=(*sections, *([fold(_printed_section(found.printed))] if found.printed else [])),
         assets=assets,
     ).html()
 

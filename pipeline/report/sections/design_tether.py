@@ -116,11 +116,12 @@ def held_section(held: HeldFootprint) -> Blocks:
         (Panel("radius  [m]", (trace,), height=1.7, from_zero=True),),
         x_label="angle  [deg]",
     )
-    yield Table.of(
+    table = Table.of(
         "Radius that is held",
         zip(held.angle_deg, held.held_radius_m, held.limit, strict=True),
         "Angle, deg: {0:.0f} | radius, m: {1:.1f} | ends with: {2}",
     )
+    yield Details("Radius that is held", (table,))
 
 
 def _pull_figure(found: TetherDesign) -> Figure:
