@@ -13,6 +13,10 @@ from pipeline.errors import Rig2SeaError
 from pipeline.journal import Event, note
 from pipeline.plan import RAW_KINDS, stage_log
 
+#: Objects made before garbage is searched for, and searches before older ones are searched. Results
+#: are thousands of objects that stay: at Python's own numbers a tenth of a diagnosis was searching.
+_SEARCH_AFTER = (50_000, 20, 20)
+
 
 def run_stage(
     stage: str, vehicle: str, code: str, inputs: tuple[Path, ...], outputs: tuple[Path, ...]
@@ -85,6 +89,7 @@ def run_steps(work: Sequence[Mapping[str, Any]]) -> int:
     int
         0 all done, 1 when any has failed.
     """
+    gc.set_threshold(*_SEARCH_AFTER)
     missing: set[str] = set()
     for one in work:
         if missing.intersection(one["inputs"]):
@@ -105,4 +110,5 @@ def run_steps(work: Sequence[Mapping[str, Any]]) -> int:
             print(f"{one['vehicle']} {one['item']}: {one['stage']} failed: {log}")
         if one["item"]:
             gc.collect()  # the next log may be large too
+            gc.freeze()  # what is left are modules: not to be searched again and again
     return 1 if missing else 0
