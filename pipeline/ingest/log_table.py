@@ -149,6 +149,7 @@ def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
     cells = [] if frame.empty else [one.strip(" []()") for one in frame.iloc[0].astype(str)]
     units = ["" if one in _NO_UNIT else _SPELLINGS.get(one, one) for one in cells]
     known = {unit for every in UNITS.values() for unit in every} | set(CLOCK_UNITS_NS)
+    known -= {"1"}  # a reading
     return units if {*units} - {""} and {*units} <= {"", *known} else []
 
 

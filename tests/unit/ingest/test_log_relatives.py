@@ -68,6 +68,11 @@ def test_degrees_by_their_size_or_by_a_row_of_units(heads: str, tmp_path: Path) 
     np.testing.assert_allclose(yaw, EULER[:, 2], atol=3e-3)
 
 
+def test_a_row_of_ones_is_a_reading(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{k},{k},{k}\n" for k in range(1, 40))
+    assert table(tmp_path, f"time,p,q,r\n{rows}").channels["angular_velocity"].values[0, 0] == 1.0
+
+
 def test_radians_stay_radians(tmp_path: Path) -> None:
     run = table(tmp_path, "time,roll,pitch,yaw,depth\n" + rows_of(T, EULER, DEPTH))
     yaw = 2.0 * np.arctan2(*run.channels["attitude"].values[:, [3, 0]].T)
