@@ -14,7 +14,7 @@ from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.repeats import Repeats, without_copies
 from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
-from pipeline.ingest.tables_agree import Curves, disagreement
+from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import (
     LoadTestPoint,
@@ -77,10 +77,9 @@ def read_files(
     """
     # `columns:` states those of workbooks; the quantities of a log are known
     of_logs = vehicle.model_copy(update={"columns": Columns()})
-    points: list[Point] = []
     sheets: list[SheetRead] = []
     tables: list[Table] = []
-    by_table: list[Sequence[Point]] = []
+    by_table: list[tuple[Point, ...]] = []
     repeats = Repeats(by_row=kind.copies_by_row)
     kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
     for path in kept:
@@ -96,20 +95,28 @@ def read_files(
             said = kind.summary(table, measured) if measured else "left out"
             sheets.append(_sheet_read(table, said))
         own: list[Point] = [point for measured in of_tables for point in measured]
-        points += own
         tables += file.tables
-        by_table += [[one for one in own if not one.marks] for own in of_tables]
+        by_table += of_tables
         told: list[Problem] = file.problems
         if not file.is_blank:
             told = with_cause(told, file.place, [point.marks for point in own], kind.name)
         problems += [*told, *kind.remarks(file.place, own)]
+    compared, curves = kind.compared
+    live = [[point for point in own if not point.marks] for own in by_table]
+    doubts, apart = disagreement(tables, list(map(curves, live)), compared)
+    problems += doubts
+    points: list[Point] = []
+    for at, read in enumerate(by_table):
+        points += map(_contradicting, read) if at in apart else read
     fitted = [point for point in points if not point.marks]
     if fitted:
         folder = Place(source_name(min(paths).parent, raw_root))
         problems += kind.over_all(fitted, folder, vehicle)
-    compared, curves = kind.compared
-    problems += disagreement(tables, [curves(one) for one in by_table], compared)
     return Measured(tuple(points), tuple(sheets), tuple(dict.fromkeys(problems)), tuple(tables))
+
+
+def _contradicting(point: Point) -> Point:
+    return point.model_copy(update={"marks": (*point.marks, CONTRADICTS)})
 
 
 def _wanted(kind: Kind[Point], vehicle: Vehicle) -> Wanted:

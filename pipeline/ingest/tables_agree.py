@@ -1,6 +1,6 @@
 """Whether the tables of a folder agree: another unit, voltage, water or machine shows there."""
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,26 +11,48 @@ from pipeline.ingest.bench_table import Table
 Curves = Mapping[Hashable, Mapping[float, float]]
 #: Specimens of one type differ by a few per cent; their larger readings tell it.
 _ALIKE, _LARGER = 0.1, 0.2
+#: No specimen differs by so much: one of them is in another unit, or of another machine.
+_APART = 2.0
+CONTRADICTS = "contradicts other tables"
 
 
-def disagreement(tables: Sequence[Table], curves: Sequence[Curves], name: str) -> Iterator[Problem]:
-    """Warn of the table that differs most from the others; `name` is what is compared."""
+def disagreement(
+    tables: Sequence[Table], curves: Sequence[Curves], name: str
+) -> tuple[list[Problem], frozenset[int]]:
+    """Tell of the table that differs most from the others; `name` is what is compared.
+
+    Returns what is wrong, and the numbers of the tables that cannot be fitted together: of two that
+    are a factor apart nobody knows which is right.
+    """
     shares: dict[int, float] = {}
     for at, own in enumerate(curves):
         for key, curve in own.items():
-            others = [one[key] for other, one in enumerate(curves) if other != at and key in one]
-            share = _share(curve, others)
+            every = [one[key] for one in curves if one.get(key)]
+            others = [one[key] for other, one in enumerate(curves) if other != at and one.get(key)]
+            share = _share(curve, every if len(every) > 2 else others) if curve else 1.0
             if abs(np.log(share)) > abs(np.log(shares.get(at, 1.0))):
                 shares[at] = share
     odd = max(shares, key=lambda at: abs(shares[at] - 1.0), default=None)
-    if odd is not None and abs(shares[odd] - 1.0) > _ALIKE:
-        yield tables[odd].place.warning(
-            f"this table gives {shares[odd]:.2f} times the {name} of the others, where all else is "
-            "equal; all of them are fitted together.",
-            "tests of one type of machine, in one unit, at one voltage, in one water.",
-            "Correct the unit, or take it out of the folder; sheets of a workbook are chosen by "
-            f"columns: {{{tables[odd].kind}: {{sheets: [...]}}}} in vehicle.yaml.",
+    if odd is None or abs(shares[odd] - 1.0) <= _ALIKE:
+        return [], frozenset()
+    apart = frozenset(at for at, one in shares.items() if abs(np.log(one)) > np.log(_APART))
+    expected = "tests of one type of machine, in one unit, at one voltage, in one water."
+    remedy = (
+        "Correct the unit, or take it out of the folder; sheets of a workbook are chosen by "
+        f"columns: {{{tables[odd].kind}: {{sheets: [...]}}}} in vehicle.yaml."
+    )
+    place, share = tables[odd].place, shares[odd]
+    if apart:
+        what = (
+            f"this table gives {share:.3g} times the {name} of the others, where all else is "
+            "equal; the tables that contradict are kept but not fitted."
         )
+        return [place.error(what, expected, remedy)], apart
+    what = (
+        f"this table gives {share:.2f} times the {name} of the others, where all else is equal; "
+        "all of them are fitted together."
+    )
+    return [place.warning(what, expected, remedy)], apart
 
 
 def _share(curve: Mapping[float, float], others: Sequence[Mapping[float, float]]) -> float:

@@ -40,10 +40,23 @@ def bollard(factor: float, step: int = 1) -> str:
     return table("Code;Thrust (N)", CODE[::step], np.round(factor * THRUST[::step], 4))
 
 
-@pytest.mark.parametrize(("factor", "step"), [(1 / 9.80665, 1), (1 / 800, 1), (1.18, 2)])
-def test_files_that_differ_are_told(factor: float, step: int, tmp_path: Path) -> None:
-    record = read(tmp_path, read_mooring_tables, a=bollard(1.0), b=bollard(factor, step))
-    assert "times the thrust of the others" in said(record)
+def test_files_that_differ_are_told(tmp_path: Path) -> None:
+    record = read(tmp_path, read_mooring_tables, a=bollard(1.0), b=bollard(1.18, 2))
+    assert "1.18 times the thrust of the others" in said(record)
+
+
+@pytest.mark.parametrize("factor", [1 / 9.80665, 1 / 800])
+def test_of_two_files_a_factor_apart_none_is_fitted(factor: float, tmp_path: Path) -> None:
+    record = read(tmp_path, read_mooring_tables, a=bollard(1.0), b=bollard(factor))
+    assert "times the thrust of the others" in said(record, "error")
+    assert all("contradicts other tables" in one.marks for one in record.points)
+
+
+def test_of_three_files_the_one_apart_is_left_out(tmp_path: Path) -> None:
+    files = {"a": bollard(1.0), "b": bollard(1 / 9.80665), "c": bollard(1.02)}
+    record = read(tmp_path, read_mooring_tables, **files)
+    odd = {one.source.file for one in record.points if "contradicts other tables" in one.marks}
+    assert odd == {"b.csv"}
 
 
 def test_files_of_one_thruster_are_not_suspected(tmp_path: Path) -> None:
@@ -61,7 +74,7 @@ def drive(torque: float, speed: float, volts: float = 24.0) -> str:
 @pytest.mark.parametrize(("torque", "speed"), [(10.197, 1.0), (1.0, 1.4), (1.0, 1.0 / 60.0)])
 def test_drives_that_differ_are_told(torque: float, speed: float, tmp_path: Path) -> None:
     record = read(tmp_path, read_load_tests, a=drive(1.0, 1.0), b=drive(torque, speed))
-    assert "times the shaft speed of the others" in said(record)
+    assert "times the shaft speed of the others" in said(record) + said(record, "error")
 
 
 def test_a_drive_at_another_voltage_is_not_suspected(tmp_path: Path) -> None:
