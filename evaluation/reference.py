@@ -206,7 +206,7 @@ def columns_page() -> str:
     """Return what columns of bench files may be called, and every spelling of a unit."""
     lines = ["# columns", "", "A `*` ends a stem. `@pulses` stands for the names of a pulse width."]
     for kind, quantities in _words("bench_words").items():
-        if kind in {"groups", "directions", "other"}:
+        if kind in {"groups", "directions", "other", "patterns", "alone"}:
             continue
         lines += ["", f"## {kind}", ""]
         for quantity, words in quantities.items():
