@@ -16,8 +16,8 @@ from typing import TypeVar
 
 from benchmarks import page
 from pipeline.blind.generate import CaseSpec, generate
+from pipeline.campaign.baselines import bic_baseline
 from pipeline.campaign.blind_case import load_subject, packed_of
-from pipeline.diagnose.baselines import bic_baseline
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
 from pipeline.records.run_table import RunTable

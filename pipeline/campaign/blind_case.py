@@ -134,7 +134,7 @@ def run_case(
     label, content, elapsed_s = judged(sealed, lambda: diagnose(case, packed, without))
     answers: dict[str, str] = {}
     if request.baselines and not without:
-        from pipeline.diagnose.baselines import bic_baseline, sparse_baseline
+        from pipeline.campaign.baselines import bic_baseline, sparse_baseline
 
         answers = {
             "BIC on raw residuals": bic_baseline(case.subject.vehicle, packed, case.runs),
