@@ -22,8 +22,9 @@ LAG_DEAD_SHARE = offset("lag_dead_share")
 LAG_POWER = offset("lag_power")
 LAG_FALL = offset("lag_fall")
 ROTOR_INERTIA = offset("rotor_inertia")
-#: Share of the largest code at which a lag is as stated, and the least at which it still rises.
-STATED_AT, LEAST_SHARE = 0.5, 0.05
+#: Share of the largest code at which a lag is as stated, and the least at which it still rises: no
+#: more than a step of a code, as thrusters of a large vehicle work at a hundredth of theirs.
+STATED_AT, LEAST_SHARE = 0.5, 0.001
 
 
 class Lags(NamedTuple):

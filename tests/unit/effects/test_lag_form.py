@@ -58,7 +58,10 @@ def test_a_drive_that_holds_a_torque(rov: PackedVehicle) -> None:
     late_s = 0.3
     rov_late = replace(rov, vector=rov.vector.copy())
     write(rov_late.vector, "lag", late_s / np.sqrt(2.0))
-    for first, then in ((300.0, 350.0), (60.0, 64.0), (60.0, -300.0)):
+    # at a twentieth of the range and less, too
+    for first, then in (
+        (300.0, 350.0), (60.0, 64.0), (60.0, -300.0), (44.0, 30.0), (44.0, -44.0)
+    ):  # fmt: skip
         values = {"dead_share": 1.0, "power": 0.5, "fall": 0.5}
         found = shares(rov_late, first, then, values)
         q, n = ((np.abs([then, first]) - DEAD) / (LARGEST - DEAD)).tolist()
