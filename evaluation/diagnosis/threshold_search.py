@@ -75,8 +75,7 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
 
     But for what closes the gap after all where the first answer is `unknown`: that is no number.
     """
-    levels = [level.evidence() for level in one.levels]
-    weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
+    weighed = weigh(one.levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
     shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
     shares = with_sure_second(by_gap_left(shares, one.gap_left), limits)
@@ -85,12 +84,9 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     shares = demote_without_heldout_gain(
         shares, partial(_left, one), one.worst_ratio, limits, healthy_known=one.healthy
     )
-    left = _left(one, shares)
-    if left is not None:
-        left = replace(left, held_out=one.held_out.get(shares[0].name, 0.0))
     return decide(
         shares,
-        left,
+        _left(one, shares),
         one.worst_ratio,
         limits,
         healthy_known=one.healthy,
@@ -100,8 +96,7 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
 
 def _left(one: CaseEvidence, shares: Sequence[Share]) -> Left | None:
     """Return what the first answer leaves, where that was kept."""
-    kept = one.consequences.get(shares[0].name)
-    return None if kept is None else kept.left()
+    return one.consequences.get(shares[0].name)
 
 
 def cost(one: Known, limits: Calibration) -> float:

@@ -91,7 +91,8 @@ def conclude(
             ordered = answered.reweighed(shares)
             top = ordered.ranking[0]
             one = consequence(found, ahead, top, ordered.force_scale, seen.every)
-            looked_at[name] = one, one.decides(equals(found, top))
+            left = one.decides(equals(found, top), answered.held_out.get(name, 0.0))
+            looked_at[name] = one, left
         return looked_at[name]
 
     def left_of(shares: Sequence[Share]) -> Left:
@@ -110,13 +111,7 @@ def conclude(
     )
     led_to, left = led_to_by(shares)
     top = answered.reweighed(shares).ranking[0]
-    held_out = answered.held_out.get(top.name, 0.0)
-    left = replace(
-        left,
-        held_out=held_out,
-        was_unknown=top.name == after_all,
-        supply_known=supply_known,
-    )
+    left = replace(left, was_unknown=top.name == after_all, supply_known=supply_known)
     said = decide(
         shares,
         left,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.conclude.leftover import forces_left, leftover
-from pipeline.diagnose.gap.channel_gaps import figures, worst_gap
+from pipeline.diagnose.gap.channel_gaps import worst_gap
 from pipeline.diagnose.gap.forecast import (
     AHEAD_S,
     Forecast,
@@ -37,7 +37,8 @@ from pipeline.records.diagnosis import Leftover, Shrink
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
-#: Share of the largest change of a channel, over its floor, from which on effects act in it.
+#: Share of the largest change of a channel, over its floor, from which on effects act in it; floors
+#: by which they must change some channel for what took no part to say anything of them.
 _ACTS = 0.4
 
 
@@ -111,6 +112,8 @@ class Consequence:
     gap_there, gap_since : float or None
         Gap of the worst channel among those in which the effects act, by the vehicle file, and
         since the healthy runs.
+    tested : bool
+        Whether the effects act in what took no part.
     """
 
     added: FloatArray
@@ -121,9 +124,10 @@ class Consequence:
     left_by_window: FloatArray
     gap_there: float | None
     gap_since: float | None
+    tested: bool
 
-    def decides(self, alike: tuple[str, ...]) -> Left:
-        """As it is decided by, with the effects that are `alike`."""
+    def decides(self, alike: tuple[str, ...], held_out: float) -> Left:
+        """As it is decided by, with the effects that are `alike` and the held-out evidence."""
         force = max(self.left.axes.values(), default=0.0)
         alone = self.closed.after / max(self.closed.before, 1e-12)
         one = self.judged
@@ -136,7 +140,9 @@ class Consequence:
             alone,
             self.gap_there,
             self.closed.after,
+            held_out,
             gap_since=self.gap_since,
+            tested=self.tested,
         )
 
 
@@ -231,7 +237,10 @@ def consequence(
     fitted = forecast(ahead.near, vector, ahead.channels)
     forces = forces_left(found, found.grams, best, force_scale)
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
-    there = _acting_in(before, after, ahead.spread)
+    moved = _moved(before, after, ahead.spread, np.ones_like(ahead.held))
+    most = max(moved.values(), default=0.0)
+    there = tuple(name for name, value in moved.items() if value >= _ACTS * most > 0.0)
+    moved_there = _moved(before, after, ahead.spread, ahead.held)
     return Consequence(
         added,
         after,
@@ -241,6 +250,7 @@ def consequence(
         (forces**2).mean(axis=1).sum(axis=1),
         worst_gap(before, ahead.spread, there) if there else None,
         worst_gap(ahead.well, ahead.well_spread, there) if there else None,
+        max(moved_there.values(), default=0.0) >= _ACTS,
     )
 
 
@@ -250,13 +260,14 @@ def nothing_added(ahead: Ahead) -> Shrink:
     return shrink(ahead.stated, ahead.before, *told, within_s=ahead.within_s)
 
 
-def _acting_in(
-    before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
-) -> tuple[str, ...]:
-    """Channels that effects change most, in healthy floors; none where they change nothing."""
+def _moved(
+    before: Forecast, after: Forecast, spread: Mapping[str, FloatArray], windows: BoolArray
+) -> dict[str, float]:
+    """By how much effects change each channel in some windows, in healthy floors."""
     moved = {}
     for name, errors in before.errors.items():
-        one = figures(errors, spread[name], before.sensor[name])
-        moved[name] = rms(after.errors[name] - errors) / max(one.healthy_floor, 1e-12)
-    most = max(moved.values(), default=0.0)
-    return tuple(name for name, value in moved.items() if value >= _ACTS * most > 0.0)
+        own = windows[before.window[name]]
+        if own.any():
+            floor = before.healthy_floor(name, spread, own)
+            moved[name] = rms((after.errors[name] - errors)[own]) / max(floor, 1e-12)
+    return moved

@@ -197,7 +197,8 @@ def weighed(
     rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO))
     every.append(Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE))
     logs = np.array([one.probability for one in every])
-    shares = np.exp(logs - logsumexp(logs))
+    shares = np.exp(logs - logs.max())
+    shares /= shares.sum()
     shown: dict[str, Change] = {}
     whole: dict[str, float] = {}
     for one, share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):

@@ -39,6 +39,8 @@ class Left:
         Log evidence of the held-out windows for the answer over the best simpler one.
     was_unknown : bool
         The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
+    tested : bool
+        The effects act in the held-out windows: else these say nothing of them.
     supply_known : bool
         A logged voltage, or shaft speeds, show the supply.
     """
@@ -55,3 +57,4 @@ class Left:
     was_unknown: bool = False
     supply_known: bool = True
     gap_since: float | None = None
+    tested: bool = True

@@ -15,7 +15,7 @@ from evaluation.diagnosis.threshold_search import (
     search_thresholds,
     total_cost,
 )
-from pipeline.diagnose.conclude.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
+from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 from pipeline.diagnose.inference.held_out import with_held_out
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import (
@@ -296,6 +296,16 @@ def helped(
     return found[0].name, {one.name: one.probability for one in found}
 
 
+@pytest.mark.parametrize(("tested", "first"), [(True, "none"), (False, "lift")])
+def test_what_the_held_out_runs_do_not_show_they_say_nothing_of(
+    *, tested: bool, first: str
+) -> None:
+    sure = (Share("lift", 0.97), Share("none", 0.03))
+    left = Left(1.0, 1.2, 1.2, None, alone=1.001, tested=tested)
+    found = demote_without_heldout_gain(sure, lambda _: left, 1.2, LIMITS, healthy_known=False)
+    assert found[0].name == first
+
+
 SURE_OF_A_PAIR = (Share("lift+tether", 0.98), Share("lift", 0.01), Share("none", 0.01))
 
 
@@ -441,12 +451,11 @@ def test_beside_none_at_a_gap_that_hardly_a_healthy_vehicle_has_stands_unknown()
 
 def test_what_is_kept_of_a_case_is_what_was_decided_by() -> None:
     left = Left(
-        force=2.0, before=3.0, after=1.0, gap_closed=0.9, alike=("lift",), alone=0.4,
+        force=2.0, before=3.0, after=1.0, gap_closed=0.9, alike=("lift",), alone=0.4, tested=False,
         gap_there=2.0, alone_after=1.2, was_unknown=True, supply_known=False, gap_since=2.5,
     )  # fmt: skip
-    kept = KeptConsequence.of(replace(left, held_out=4.0))
-    again = KeptConsequence.model_validate_json(kept.model_dump_json())
-    assert again.left() == left
+    kept = case("lift", 3.0).evidence.model_copy(update={"consequences": {"lift": left}})
+    assert CaseEvidence.model_validate_json(kept.model_dump_json()) == kept
 
 
 def test_an_error_of_measurement_is_told_whatever_it_leaves() -> None:
@@ -464,7 +473,7 @@ def test_what_was_first_before_the_gap_was_seen_stays_whatever_it_leaves() -> No
 
 def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
     levels = (
-        KeptLevel(
+        LevelEvidence(
             size=1.0,
             even=True,
             ordinary=True,
@@ -473,7 +482,7 @@ def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
             gains=(("none", 0.0), ("lift", gain), ("tether", gain - 2.0)),
         ),
     )
-    left = KeptConsequence(force=1.0, before=3.0, after=1.0, gap_closed=1.0, alike=())
+    left = Left(force=1.0, before=3.0, after=1.0, gap_closed=1.0, alike=())
     evidence = CaseEvidence(
         healthy=False,
         effect_count=2,
@@ -498,7 +507,7 @@ def test_costs_are_in_the_order_of_harm() -> None:
 
 def test_to_call_a_known_effect_unknown_is_wrong_but_not_confidently() -> None:
     known = case("payload", 50.0)
-    left = KeptConsequence(force=9.0, before=3.0, after=3.0, gap_closed=0.0, alike=())
+    left = Left(force=9.0, before=3.0, after=3.0, gap_closed=0.0, alike=())
     loud = known.evidence.model_copy(update={"consequences": {"lift": left}})
     called_unknown = replace(known, evidence=loud)
     assert decided(loud, LIMITS).names == ("unknown",)
@@ -513,7 +522,7 @@ def test_a_pair_that_the_gap_makes_unsure_gives_way_to_its_effect(left: float, n
     gains = (("none", 0.0), ("lift", 50.0), ("tether", 0.0), ("lift+tether", 62.0))
     evidence = one.model_copy(
         update={
-            "levels": (level_.model_copy(update={"gains": gains}),),
+            "levels": (replace(level_, gains=gains),),
             "consequences": {name: one.consequences["lift"] for name, _ in gains},
             "gap_left": {"lift": 0.0, "lift+tether": left},
         }
