@@ -186,27 +186,6 @@ def row_ranges(rows: Iterable[int]) -> str:
     return ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in runs)
 
 
-def _column_table(sheets: Sequence[SheetRead]) -> Table:
-    # sheets of one file mostly share their layout: one row for each distinct reading of a column
-    where: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
-    for sheet in sheets:
-        for column in sheet.columns:
-            read = (column.quantity, column.header, column.column, column.unit, column.unit_from)
-            where[sheet.file, *read].append(sheet.sheet if sheet.sheet is not None else "–")
-    named = ("Quantity", "Column header", "Column", "Unit", "Unit taken from")
-    return Table.of(
-        "Columns and units as understood",
-        where.items(),
-        lambda own: {
-            "File": own[0][0],
-            "Sheets": ", ".join(own[1])
-            if len(own[1]) <= 3
-            else f"{own[1][0]} … {own[1][-1]} ({len(own[1])})",
-            **dict(zip(named, own[0][1:], strict=True)),
-        },
-    )
-
-
 #: More places than this with the same message are counted instead of listed in the first table.
 PLACES_SHOWN = 4
 
