@@ -4,8 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import numpy as np
-
 from pipeline.errors import CannotComputeError, Problem
 from pipeline.records import fits, measurements
 from pipeline.records import trial as trial_records
@@ -183,10 +181,6 @@ class RunResults:
         return of_log + (len(self.trial.warnings) if self.trial is not None else 0)
 
 
-#: Codes that differ by less than this leave the firmware's output as it is.
-ALIKE_CODES = 0.05
-
-
 @dataclass(frozen=True)
 class DayResults:
     """One day: its fit, those of the days before in order of time, its runs, the tables.
@@ -207,35 +201,3 @@ class DayResults:
     glance: Glance | None = None
     diagnosis: DayDiagnosis | None = None
     provenance: dict[str, str] = field(default_factory=dict)
-
-
-def table_changes(
-    before: trial_records.DayTables, now: trial_records.DayTables
-) -> tuple[trial_records.SpeedChange, ...]:
-    """Compare the codes of two days, speed by speed, over the thrusts that both reach."""
-    found = []
-    thrust = np.array(now.thrust_n)
-    for speed, row in zip(now.speed_mps, now.code, strict=True):
-        if speed not in before.speed_mps:
-            continue
-        old_row = before.code[before.speed_mps.index(speed)]
-        old = np.array([np.nan if one is None else one for one in old_row], float)
-        new = np.array([np.nan if one is None else one for one in row], float)
-        if before.thrust_n != now.thrust_n:
-            # NaN outside: interpolation next to it is NaN, too
-            old = np.interp(thrust, np.array(before.thrust_n), old, left=np.nan, right=np.nan)
-        gap = np.abs(new - old)
-        both = np.isfinite(gap)
-        if not both.any():
-            continue
-        worst = int(np.nanargmax(gap))
-        found.append(
-            trial_records.SpeedChange(
-                speed_mps=speed,
-                largest_codes=float(gap[worst]),
-                at_thrust_n=float(thrust[worst]),
-                mean_codes=float(np.mean(gap[both])),
-                thrusts=int(both.sum()),
-            )
-        )
-    return tuple(found)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
+from pipeline.records.table_changes import ALIKE_CODES, table_changes
 from pipeline.records.trial import TrialDay
 from pipeline.report.blocks import (
     Blocks,
@@ -21,7 +22,7 @@ from pipeline.report.blocks import (
 from pipeline.report.glance import rank
 from pipeline.report.numbers import fixed, general, plural, speed, unit_text, with_interval
 from pipeline.report.page import SIGNS, Labels, Page
-from pipeline.report.results import ALIKE_CODES, DayResults, table_changes
+from pipeline.report.results import DayResults
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.gains import day_gains_section, gain_warnings
 from pipeline.report.sections.tables import data_section
