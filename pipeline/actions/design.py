@@ -103,8 +103,8 @@ def _drive(one: PropellerInput, request: DesignRequest) -> tuple[DriveLimit, str
 
 
 def _measured_drive(drive: DriveOfVehicle, request: DesignRequest) -> tuple[DriveLimit, str]:
-    from pipeline.identify.drive import torque_surface
     from pipeline.physics.drive import drive_torque
+    from pipeline.records.fit_values import torque_surface
 
     name, _ = find_vehicle(drive.vehicle, request.raw, request.out)
     fit, _, why_not = result_of(name, request.out, "drive", DriveFit)

@@ -119,20 +119,6 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     )
 
 
-def torque_surface(drive: DriveFit) -> TorqueSurface:
-    """Turn the record into the surface that the physics evaluates."""
-    return TorqueSurface(
-        np.array(drive.exponents, dtype=np.int64),
-        np.array(drive.coefficients),
-        np.array(drive.centre_rps),
-        drive.shaft_speed_scale_rps,
-        drive.code_scale,
-        np.array(drive.band_code),
-        np.array(drive.slowest_rps),
-        np.array(drive.fastest_rps),
-    )
-
-
 def _exponents(speed_power: int, code_power: int) -> IntArray:
     pairs = product(range(speed_power + 1), range(code_power + 1))
     return np.array(list(pairs), dtype=np.int64)

@@ -5,7 +5,6 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.drive import torque_surface
 from pipeline.identify.propagation import (
     SEARCH_BEYOND,
     ThrusterFits,
@@ -17,6 +16,7 @@ from pipeline.identify.table2 import FEWEST_LIVE_CODES, table2_row
 from pipeline.identify.working_grid import WorkingGrid, solve_grid
 from pipeline.physics.opposed_thrust import free_propeller_drag
 from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
+from pipeline.records.fit_values import torque_surface
 from pipeline.records.fits import (
     DriveFit,
     FasterRows,

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from pipeline.records.fit_values import drive_torque
 from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Figure, Table, Text, chapter
-from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, percent, plural, signed
 from pipeline.report.results import VehicleResults, needed
 from pipeline.report.sections.tables import quality_line

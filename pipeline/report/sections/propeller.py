@@ -6,11 +6,12 @@ import numpy as np
 
 from pipeline.physics.propeller import efficiency, polynomial
 from pipeline.physics.torque_balance import OpenWaterPropeller
+from pipeline.records import fit_values as values
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
 from pipeline.records.measurements import OpenWaterRecord
-from pipeline.report import curves as values
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Figure, Text, chapter
+from pipeline.report.curves import fit_panels
 from pipeline.report.numbers import code, fixed, general, percent, speed
 from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections import tables
@@ -68,10 +69,8 @@ def _curves_figure(
         else ""
     )
     k_t_printed, k_m_printed = (published.KT, published.KM) if published else (None, None)
-    thrust, left_t = values.fit_panels(fit.thrust, "K_T", plotting.BLUE, k_t_printed)
-    torque, left_m = values.fit_panels(
-        fit.torque, "10 K_M", plotting.VERMILLION, k_m_printed, scale=10.0
-    )
+    thrust, left_t = fit_panels(fit.thrust, "K_T", plotting.BLUE, k_t_printed)
+    torque, left_m = fit_panels(fit.torque, "10 K_M", plotting.VERMILLION, k_m_printed, scale=10.0)
     # of the single points
     useful = np.array(
         [

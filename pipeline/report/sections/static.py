@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pipeline.records.fit_values import shown_speeds, speed_index, table2_thrust
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.intervals import largest_thrust_interval, static_factor
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Details, Figure, Table, Text, chapter
-from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
 from pipeline.report.results import VehicleResults, mooring_points_of_tables, needed
 from pipeline.report.sections import tables

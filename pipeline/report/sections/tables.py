@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.physics.propeller import polynomial
+from pipeline.records.fit_values import speed_index, static_thrust, table2_thrust, table4_code
 from pipeline.records.fits import (
     FitQuality,
     Interval,
@@ -14,7 +15,6 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.report.blocks import Block, Blocks, Bullets, Details, Table, Text, chapter
-from pipeline.report.curves import speed_index, static_thrust, table2_thrust, table4_code
 from pipeline.report.numbers import as_printed, fixed, general, plural, speed, with_interval
 from pipeline.report.results import DayResults, RunResults, VehicleResults
 from pipeline.types import ArrayLike, FloatArray

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import synthetic_records
 
+from pipeline.records.fit_values import polynomial_band, static_thrust, table2_thrust
 from pipeline.records.fits import SpeedInverse
-from pipeline.report.curves import polynomial_band, static_thrust, table2_thrust
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import (
     Coefficient,
