@@ -226,11 +226,6 @@ def channel_name(channel: str) -> str:
     return CHANNELS.get(channel, channel.replace("_", " "))
 
 
-def symbol(channel: str) -> str:
-    """Return the short name of a channel."""
-    return SYMBOLS.get(channel, channel)
-
-
 def short_name(channel: str) -> str:
     """Name a channel beside a panel, where a long name would not stand.
 

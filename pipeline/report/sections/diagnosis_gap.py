@@ -7,7 +7,7 @@ from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
 from pipeline.report import diagnosis_words as words
 from pipeline.report.blocks import Blocks, Details, Gallery, Table, Text, chapter
-from pipeline.report.diagnosis_words import channel_name, in_order, shown_unit, symbol
+from pipeline.report.diagnosis_words import channel_name, in_order, shown_unit
 from pipeline.report.numbers import MINUS, fixed, general, percent, plural
 from pipeline.report.sections.diagnosis_curves import curves_in_order, resolution, run_figure
 
@@ -61,7 +61,10 @@ def gap_section(record: DiagnosisRecord) -> Blocks:
         rows,
         lambda row: {
             "Readings": row[0],
-            **{symbol(o): words.ratio_text(row[1][o]) if o in row[1] else "–" for o in names},
+            **{
+                words.SYMBOLS.get(o, o): words.ratio_text(row[1][o]) if o in row[1] else "–"
+                for o in names
+            },
         },
         cell_classes={
             (i, j): next(shade for least, shade in _SHADES if ratios[name] >= least)

@@ -140,7 +140,7 @@ def _table4(
         reason = missing_reasons(results).get("static", "there is no static family.")
         yield Text(f"Table 4 was not computed: {reason}", tone="warning")
         return
-    columns = [tables.column(r.speed_mps, r, published) for r in rows]
+    columns = [tables.Column(r.speed_mps, r, published) for r in rows]
     common = any(one.printed is not None for one in columns)
     names = [f"K_N{i}" for i in range(4)]
     printed_n = dict(zip(published.speed_mps, published.T_max_n, strict=True) if published else ())

@@ -22,7 +22,7 @@ def static_section(results: VehicleResults) -> Blocks:
     static = needed(results, "static", results.static)
     published = results.vehicle.published
     table2 = published.table2 if published else None
-    columns = [tables.column(r.speed_mps, r.fit, table2) for r in static.table2]
+    columns = [tables.Column(r.speed_mps, r.fit, table2) for r in static.table2]
     rows = [row for one in columns for row in one.coefficients(("K_F0", "K_F1", "K_F2"))]
     dead = (
         "dead zone to code",

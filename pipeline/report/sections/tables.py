@@ -139,26 +139,21 @@ EXPLANATIONS_SHOWN = 8
 
 @dataclass(frozen=True)
 class Column:
-    """The coefficients of one speed, and what was printed for them."""
+    """What was fitted at one speed, and what was printed for its coefficients."""
 
     speed_mps: float
-    values: Sequence[float]
-    intervals: Sequence[Interval]
-    printed: Sequence[float] | None
+    own: PolynomialFit | SpeedInverse
+    table: PublishedTable2 | PublishedTable4 | None
+
+    @property
+    def printed(self) -> Sequence[float] | None:
+        """As in the published table, None where it has not this speed."""
+        return printed_row(self.table, self.speed_mps)
 
     def coefficients(self, names: Sequence[str]) -> list[Coefficient]:
         """Return each with its interval, named with the speed."""
         named = [f"{name} at {speed(self.speed_mps)} m/s" for name in names]
-        return coefficients(named, self.values, self.intervals, self.printed)
-
-
-def column(
-    speed_mps: float,
-    own: PolynomialFit | SpeedInverse,
-    table: PublishedTable2 | PublishedTable4 | None,
-) -> Column:
-    """Return what was fitted at a speed, beside what a table has for it."""
-    return Column(speed_mps, own.coefficients, own.ci95, printed_row(table, speed_mps))
+        return coefficients(named, self.own.coefficients, self.own.ci95, self.printed)
 
 
 #: Name, our cells, and the printed ones.
@@ -170,7 +165,7 @@ def paper_rows(names: Sequence[str], columns: Sequence[Column]) -> list[PaperRow
     return [
         (
             name,
-            [with_interval(one.values[k], one.intervals[k])[0] for one in columns],
+            [with_interval(one.own.coefficients[k], one.own.ci95[k])[0] for one in columns],
             ["–" if one.printed is None else as_printed(one.printed[k]) for one in columns],
         )
         for k, name in enumerate(names)
