@@ -128,7 +128,7 @@ def _gridded(
             values -= claimed.of_turning
         names += own
         columns.append(_about(values, rows, row_s, period_s, run, quantity))
-    attitude = motion.state[rows, 3:7]
+    attitude = _attitude(motion.state[:, 3:7], rows, row_s, period_s, run)
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
     for k, (added, mass) in enumerate(departures):
@@ -260,6 +260,21 @@ def _about(  # noqa: PLR0917 - one caller
     last = np.minimum(rows + half, len(values))
     first = np.maximum(rows - half, 0)
     return np.asarray((total[last] - total[first]) / (last - first)[:, None])
+
+
+def _attitude(
+    values: FloatArray, rows: IntArray, row_s: float, period_s: float, run: RunTable
+) -> FloatArray:
+    """Quaternions (m, 4) at the rows of the grid, of means as velocities are.
+
+    The moment that rights a vehicle which hardly rolls is mostly noise of one reading, and it does
+    not answer to that: it would seem heavier.
+    """
+    # the same turn has two quaternions
+    same = np.where(np.sum(values[1:] * values[:-1], axis=1) < 0.0, -1.0, 1.0)
+    turned = values * np.concatenate([[1.0], np.cumprod(same)])[:, None]
+    found = _about(turned, rows, row_s, period_s, run, "attitude")
+    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
 
 
 def _pushed(
