@@ -23,13 +23,14 @@ from pipeline.diagnose.judging.hypotheses import judge, log_evidence_of, with_or
 from pipeline.diagnose.judging.search import Judged, Search, force_prior
 from pipeline.diagnose.linear.elimination import Marginal, marginal
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.helping import CHANCE
 from pipeline.diagnose.rules.shares import Share
 from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 #: Log evidence of what the held-out windows make impossible.
 _IMPOSSIBLE = -1e6
+#: Log evidence of the held-out windows that chance alone can make negative.
+_CHANCE = 3.0
 #: Log evidence of held-out windows, by what is wide.
 _Predicted = Callable[[Sequence[int]], float]
 
@@ -62,7 +63,7 @@ def with_held_out(
     """
     worth = {
         one.name: one.probability
-        * float(np.exp(limits.held_out * min(gains.get(one.name, 0.0) + CHANCE, 0.0)))
+        * float(np.exp(limits.held_out * min(gains.get(one.name, 0.0) + _CHANCE, 0.0)))
         for one in ranking
     }
     whole = sum(worth.values())

@@ -10,8 +10,6 @@ from pipeline.diagnose.rules.decision import CLEAR_GAP
 from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
-#: Log evidence of held-out windows that chance alone makes.
-CHANCE = 3.0
 #: Share of its probability that an answer keeps with which the held-out gap is no smaller, and how
 #: many are asked.
 _NO_HELP, _ASKED = 0.1, 4
@@ -36,8 +34,7 @@ def demote_without_heldout_gain(
     A flaw of the model can be explained with certainty by an effect that pulls against others, and
     by itself only makes the gap larger; and so a second effect beside a true one. Errors of
     measurement are told all the same, see `without_gap`, and so are effects that do not act in what
-    took no part: straight runs say nothing of a thruster that turns. What predicts the readings
-    of those runs better by more than chance helps, however far a prediction 10 s ahead goes astray.
+    took no part: straight runs say nothing of a thruster that turns.
 
     Parameters
     ----------
@@ -57,7 +54,7 @@ def demote_without_heldout_gain(
         simpler = _enough_alone(shares, left, left_of)
         if simpler is not None:
             shares = _passed_on(shares, simpler)
-        elif left.alone >= 1.0 and left.tested and left.held_out <= CHANCE:
+        elif left.alone >= 1.0 and left.tested:
             refused.add(top.name)
             most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
             clear = worst_ratio > most and left.before >= CLEAR_GAP
