@@ -43,9 +43,13 @@ from pipeline.identify.partial_regression import bounded, less_known, solve, wid
 from pipeline.identify.run_motion import RunMotion, run_motion
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.applied_wrench import actuator_states, levers, thruster_wrench
-from pipeline.simulate.hull_wrench import hull_wrench
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.applied_wrench import (
+    actuator_states,
+    hull_wrench,
+    levers,
+    thruster_wrench,
+)
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -197,7 +201,8 @@ def _fixed(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> _Fixed:
     period = motion.period_s
     width = max(round(max(_INTERVAL_S, motion.reading_s) / period), 1)
     start = np.arange(0, run.time_s.size - width, width)
-    hull, matrix = hull_wrench(packed, motion.attitude, motion.measured_nu)
+    hull = hull_wrench(packed, motion.attitude, motion.measured_nu)
+    matrix = mass_of(packed.vector)
     mean_hull = 0.5 * (_means(hull, start, width) + _means(hull, start + 1, width))
     gained = (motion.run_up[start + width] - motion.run_up[start]) / (width * period)
     left = gained @ matrix.T - mean_hull

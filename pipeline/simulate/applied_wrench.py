@@ -1,9 +1,10 @@
-"""Force and moment of the thrusters along a measured run, by the vehicle's own characteristics."""
+"""Force and moment along a measured run, by the vehicle's own model: thrusters, and the hull."""
 
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.kernel_wrench import wrench_along
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.simulate.run import Method, run
@@ -11,6 +12,8 @@ from pipeline.types import FloatArray
 
 #: Mass of the body that stands in for the vehicle while its thrusters alone are computed. [kg]
 _IMMOVABLE_KG = 1e12
+#: What acts on the hull only where the place of the vehicle is known.
+_OF_THE_PLACE = ("current", "wall_count", "tether_drag_area", "tether_pull")
 
 
 def actuator_states(
@@ -103,3 +106,27 @@ def levers(packed: PackedVehicle) -> FloatArray:
     direction = read(packed.vector, "thruster_direction")[:count]
     place = read(packed.vector, "thruster_position")[:count]
     return np.concatenate([direction, np.cross(place, direction)], axis=1).T
+
+
+def hull_wrench(packed: PackedVehicle, attitude: FloatArray, nu_relative: FloatArray) -> FloatArray:
+    """Wrench (m, 6) of Coriolis terms, damping and restoring on the hull [N, N m].
+
+    Away from walls and without a tether: with the thrusters' wrench tau and the mass matrix M the
+    model is M nu_r' = wrench + tau.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    attitude : ndarray, shape (m, 4)
+        Unit quaternions w x y z, body to NED.
+    nu_relative : ndarray, shape (m, 6)
+        Velocity relative to the water, body axes. [m/s, rad/s]
+    """
+    vector, count = packed.vector.copy(), len(nu_relative)
+    for name in _OF_THE_PLACE:
+        write(vector, name, 0.0)
+    state = np.concatenate([np.zeros((count, 3)), attitude, nu_relative], axis=1)
+    demand = np.zeros((count, 6))
+    demand_along(vector, state, np.zeros((count, 6)), packed.strips, demand)
+    return -demand
