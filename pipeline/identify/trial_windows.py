@@ -29,8 +29,6 @@ HORIZON_S = 10.0
 #: The stretch that a start comes from is short where speed is measured: over a longer one a wrong
 #: model has time to draw the start to where it would be itself. [s]
 LEAD_S, BLIND_LEAD_S = 0.6, 2.5
-#: Starts that are estimated together; more only make the equations larger.
-_BATCH = 16
 #: Beyond this speed a simulation has run away. [m/s, rad/s]
 _FASTEST = 1e3
 
@@ -119,16 +117,24 @@ def fly_trial(
         windows = cut(packed, [table], channels, HORIZON_S, lead_s=lead_s)
     except CannotComputeError:
         windows = []
-    begins, starts, windowed = _flown(
-        packed, _started(packed, windows, channels, lead, threads), table, lead
-    )
-    if not begins:
+    model = (packed, packed.vector)
+    # ten seconds on the attitude has wandered off: each lead tells of itself alone
+    alone = [replace(window, run=number) for number, window in enumerate(windows)]
+    starts = lead_starts(model, alone, channels, [lead] * len(alone), threads=threads)
+    started = [
+        replace(window, start=start)
+        for window, start in zip(windows, starts, strict=True)
+        if np.isfinite(start).all()
+    ]
+    flown, windowed = _flown(packed, started, table, lead)
+    if not flown:
         raise CannotComputeError(
             f"{table.name}: the model could not be flown over a single window of {HORIZON_S:g} s: "
             "no commands there, no readings before them, or it ran away. Check units and signs of "
             "the channels and the model: section."
         )
-    free, why_no_free = _free_run(packed, table, begins[0], starts[0], lead)
+    begins = [int(np.searchsorted(table.time_s, one.begin_s - 1e-9)) for one in flown]
+    free, why_no_free = _free_run(packed, table, begins[0], flown[0].start, lead)
     return TrialFlights(
         windowed,
         free,
@@ -157,42 +163,18 @@ def _channels_of_starts(sensors: Sensors, table: RunTable) -> tuple[ChannelNoise
     return tuple(one for one in found if one.quantity != "specific_force")
 
 
-def _started(
-    packed: PackedVehicle,
-    windows: Sequence[Window],
-    channels: Sequence[ChannelNoise],
-    lead: int,
-    threads: int,
-) -> list[Window]:
-    """Let windows begin where their leads show; one whose lead tells no start is left out."""
-    leads = [(one, first) for one in windows if (first := one.lead(lead)).readings]
-    found: list[Window] = []
-    for at in range(0, len(leads), _BATCH):
-        batch = leads[at : at + _BATCH]
-        # one window that runs away must not take its neighbours with it
-        for part in (batch, *([one] for one in batch)):
-            own = [replace(short, run=number) for number, (_, short) in enumerate(part)]
-            starts = lead_starts(packed, packed.vector, own, channels, threads=threads)
-            if starts is not None:
-                ready = zip(part, starts, strict=True)
-                found += [replace(window, start=start) for (window, _), start in ready]
-                if part is batch:
-                    break
-    return found
-
-
 def _flown(
     packed: PackedVehicle, windows: Sequence[Window], table: RunTable, lead: int
-) -> tuple[list[int], list[FloatArray], FlownWindows]:
+) -> tuple[list[Window], FlownWindows]:
     """Fly windows, and lay what lies beyond their leads end to end on the rows of the table.
 
-    First come the rows at which those begin that did not run away, then their first states.
+    First come those that did not run away.
     """
     rows, count = table.time_s.size, len(packed.thruster_names)
     state, rate, valid = np.zeros((rows, STATE)), np.zeros((rows, 6)), np.zeros(rows, bool)
     state[:, 3] = 1.0
     command = np.zeros((rows, count))
-    begins, starts = [], []
+    kept = []
     if windows:
         stack = WindowStack.unread(packed, windows)
         states, rates = simulate_windows(stack, packed.vector, stack.starts)
@@ -205,13 +187,12 @@ def _flown(
             own = slice(first + lead, first + steps + 1)
             state[into], rate[into], valid[into] = states[own], rates[own], True
             command[into] = np.concatenate([window.command, window.command[-1:]])[lead:]
-            begins.append(begin)
-            starts.append(window.start)
+            kept.append(window)
     nothing = np.zeros((rows, count))  # no sensor reads the thrust
     flown = trajectory(
         packed, command[:-1], state, rate, nothing, table.period_s, float(table.time_s[0])
     )
-    return begins, starts, FlownWindows(flown, 0, valid)
+    return kept, FlownWindows(flown, 0, valid)
 
 
 def _free_run(

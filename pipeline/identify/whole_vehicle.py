@@ -122,16 +122,19 @@ def identify_vehicle(
     black_box = fit_black_box(runs, solution.problem.stack.windows, code_max)
 
     def judged(corrected: FloatArray | None) -> tuple[ChannelQuality, ...]:
+        models = {
+            "identified": (solution.packed, solution.vector),
+            "vehicle_file": (packed, packed.vector),
+        }
+        if corrected is not None:
+            models["corrected_file"] = (packed, solution.problem.vector(corrected))
         return prediction_quality(
-            packed,
-            solution.vector,
+            models,
             windows,
             judged_by,
             fit.channels,
             black_box,
             offsets=offsets,
-            found=solution.packed,
-            corrected=None if corrected is None else solution.problem.vector(corrected),
             threads=threads,
         )
 

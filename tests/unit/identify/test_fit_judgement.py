@@ -11,7 +11,7 @@ from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.file_changes import file_changes
 from pipeline.identify.whole_vehicle import identify_vehicle
-from pipeline.identify.window_prediction import difference
+from pipeline.identify.window_outputs import turn_between
 from pipeline.physics.parameters import read
 from pipeline.records.identification import VehicleIdentification
 from pipeline.records.run_table import RunTable
@@ -169,5 +169,5 @@ def test_difference_of_attitudes_is_the_turn_between_them() -> None:
     half = np.array([0.2, 1.4]) / 2
     turned = np.column_stack([np.cos(half), np.zeros(2), np.zeros(2), np.sin(half)])
     # either sign is the same attitude
-    found = difference("attitude", turned, -turned[:1])
+    found = turn_between(np.broadcast_to(-turned[:1], turned.shape), turned)
     np.testing.assert_allclose(found, [[0, 0, 0], [0, 0, 1.2]], atol=1e-12)
