@@ -30,7 +30,10 @@ def vehicle_glance(results: VehicleResults) -> Glance:
     """Say first what is to be said of a vehicle: of its last trial day, and of its bench data."""
     name = results.vehicle.name
     bench = bench_line(results.vehicle.title, results.inverse, results.mooring)
-    errors = [one for one in all_problems(results) if one.severity == "error"]
+    errors, warnings = (
+        [one for one in all_problems(results) if one.severity == wanted]
+        for wanted in ("error", "warning")
+    )
     failed = [check for _, check in all_checks(results) if not check.passed]
     day = next((one for one in reversed(results.trials) if one.glance is not None), None)
     own = None if day is None else day.glance
@@ -45,7 +48,11 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
         parts.append(f"{plural(len(errors), 'error')} in the raw files.")
     doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
-    doubted = not parts or (failed and own is None)
+    if warnings:
+        more = f" ({len(warnings) - 1} more)" if len(warnings) > 1 else ""
+        told = f"See a warning{more}: {warnings[0].place}: {warnings[0].what}"
+        doubts.append(Advice(text=told, command=f"rig2sea check {name}"))
+    doubted = not parts or ((failed or warnings) and own is None)
     lights: list[Light] = ["red" if errors else "amber" if doubted else "green"]
     lights += [own.light] if own is not None else []
     begun = any((results.load_test, results.mooring, results.open_water))

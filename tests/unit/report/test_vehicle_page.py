@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import synthetic_records
 
-from pipeline.errors import InputError
+from pipeline.errors import InputError, Place
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.bench_results import vehicle_glance
@@ -385,6 +385,14 @@ def test_measurements_that_give_no_tables_say_what_is_lacking(results: VehicleRe
     assert glance.matter == "What was measured gives no tables yet."
     (advice,) = glance.do
     assert advice.text.endswith("lacking: thrust was measured at 4 codes; 5 are the least.")
+
+
+def test_what_is_told_first_names_a_warning(results: VehicleResults) -> None:
+    assert results.mooring is not None
+    odd = results.mooring.model_copy(update={"problems": (Place("b.csv").warning("1.13 times."),)})
+    glance = vehicle_glance(VehicleResults(vehicle=results.vehicle, mooring=odd))
+    assert glance.light == "amber"
+    assert "See a warning: b.csv: 1.13 times." in [one.text for one in glance.do]
 
 
 def test_an_unwritable_place_is_one_clear_message(tmp_path: Path) -> None:
