@@ -8,14 +8,16 @@ import re
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from itertools import pairwise
+from types import MappingProxyType
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.cells import Limits, column_index, column_letter
 from pipeline.ingest.rows import listed
+from pipeline.ingest.vocabulary import read_unit_cell
 
 _PIECE = 1 << 16
 _LOCAL_HEADER = struct.Struct("<4s5H3I2H")
@@ -31,6 +33,9 @@ _HIDDEN = re.compile(rb"\shidden\s*=\s*[\"'](?:1|true)[\"']")
 _FORMULA = re.compile(rb"<(?:\w+:)?f(?=[\s>/])")
 _VALUE = re.compile(rb"<(?:\w+:)?(?:v|is)(?:\s[^<>]*)?>\s*[^<\s]|<(?:\w+:)?t(?:\s[^<>]*)?>[^<]")
 _TEXT_CELL = re.compile(rb"\st\s*=\s*[\"']s[\"']")
+_STYLE = re.compile(rb"\ss\s*=\s*[\"']([0-9]{1,6})[\"']")
+#: Of a number format: texts in quotes, signs behind a backslash; what stands in brackets is none.
+_LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[[^\]]*\]|([_*].)')
 _ERROR_CELL = re.compile(rb"\st\s*=\s*[\"']e[\"']")
 _ERROR_TEXT = re.compile(rb">\s*(#[A-Za-z0-9/!?]{1,20})\s*<")
 _SAVE_AGAIN = "Open it in a spreadsheet program, save it as .xlsx and copy it here again."
@@ -53,6 +58,8 @@ class SheetScan:
     """(row number, column index, text such as #DIV/0!) of cells that hold an error."""
     hidden_rows: list[int] = field(default_factory=list)
     """Numbers of rows with cells that the workbook does not show."""
+    units: dict[tuple[int, int], str] = field(default_factory=dict)
+    """(row number, column index) -> unit that the number format of the cell shows."""
 
 
 @dataclass(frozen=True)
@@ -191,8 +198,42 @@ def _inflate(packed: bytes, place: Place, limits: Limits, left: int) -> bytes:
     return b"".join(pieces)
 
 
-def scan_sheet(xml: bytes) -> SheetScan:
-    """Find a worksheet's extent from cell A1, its cells, and its formulas without values."""
+def units_of_styles(styles: bytes) -> dict[bytes, str]:
+    """Return the unit that each style of cells shows behind its numbers, such as ``0.0 "kg"``."""
+    from xml.etree import ElementTree as ET
+
+    try:  # declarations of entities were refused by `unpack`
+        root = ET.fromstring(styles or b"<r/>")  # noqa: S314
+    except ET.ParseError:
+        return {}  # the reader will say what is wrong with it
+    units: dict[str, str] = {}
+    found: dict[bytes, str] = {}
+    for element in root.iter():
+        tag = element.tag.rsplit("}", 1)[-1]
+        if tag == "numFmt" and (unit := _unit_of_format(element.get("formatCode", ""))):
+            units[element.get("numFmtId", "")] = unit
+        elif tag == "cellXfs":
+            own = (units.get(one.get("numFmtId", "")) for one in element)
+            found = {str(at).encode(): unit for at, unit in enumerate(own) if unit}
+    return found
+
+
+def _unit_of_format(code: str) -> str | None:
+    r"""Return the unit in a number format.
+
+    >>> _unit_of_format('0.0 "kg"'), _unit_of_format(r"0.00\ \N"), _unit_of_format('0.0;"-"0.0')
+    ('kg', 'N', None)
+    """
+    texts = {"".join(a or b for a, b, _ in _LITERAL.findall(one)) for one in code.split(";")}
+    units = {unit for text in texts if (unit := read_unit_cell(text)) and unit != "-"}
+    return units.pop() if len(units) == 1 else None
+
+
+def scan_sheet(xml: bytes, units: Mapping[bytes, str] = MappingProxyType({})) -> SheetScan:
+    """Find a worksheet's extent from cell A1, its cells, and its formulas without values.
+
+    `units` are those that the number formats of styles show.
+    """
     scan = SheetScan()
     # The extent is taken from every reference in the text, so that no odd quoting can hide a cell
     # at the far end: a reader that lays the sheet out as a dense table would not survive it.
@@ -210,14 +251,16 @@ def scan_sheet(xml: bytes) -> SheetScan:
         scan.rows = max(scan.rows, row)
         end = rows[position + 1][0] if position + 1 < len(rows) else len(xml)
         before = scan.cells
-        _scan_row(xml, (start, end), row, scan)
+        _scan_row(xml, (start, end), row, scan, units)
         head = _ATTRIBUTES.match(xml, start + 1)
         if scan.cells > before and head is not None and _HIDDEN.search(head[0]):
             scan.hidden_rows.append(row)
     return scan
 
 
-def _scan_row(xml: bytes, span: tuple[int, int], row: int, scan: SheetScan) -> None:
+def _scan_row(
+    xml: bytes, span: tuple[int, int], row: int, scan: SheetScan, units: Mapping[bytes, str]
+) -> None:
     # From cell to cell, not to each closing tag: where those are missing, looking for them from
     # every cell would take the square of the time.
     starts = [found.end() for found in _CELL.finditer(xml, *span)]
@@ -232,6 +275,8 @@ def _scan_row(xml: bytes, span: tuple[int, int], row: int, scan: SheetScan) -> N
         scan.columns = max(scan.columns, column + 1)
         scan.cells += 1
         scan.text_cells += _TEXT_CELL.search(head) is not None
+        if units and (style := _STYLE.search(head)) and style[1] in units:
+            scan.units[at_row, column] = units[style[1]]
         if _ERROR_CELL.search(head):
             text = _ERROR_TEXT.search(cell)
             scan.errors.append((at_row, column, text[1].decode() if text else "#ERROR"))

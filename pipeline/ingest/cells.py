@@ -3,8 +3,8 @@
 import functools
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.unit_text import is_same_unit
@@ -58,7 +58,8 @@ class Sheet:
 
     `name` is None for a text file. Cells covered by a merged range hold the value of its top left
     cell; `filled` lists them as (row number, column index). `problems` says what was wrong with the
-    sheet by itself, e.g. formula cells without values.
+    sheet by itself, e.g. formula cells without values. `units` are those that the number formats of
+    cells show, by row number and column index.
     """
 
     file: str
@@ -67,6 +68,7 @@ class Sheet:
     first_row: int
     problems: tuple[Problem, ...] = ()
     filled: frozenset[tuple[int, int]] = frozenset()
+    units: Mapping[tuple[int, int], str] = field(default_factory=dict)
 
     def numbered(self) -> Iterator[tuple[int, Row]]:
         """Yield (row number as a spreadsheet shows it, cells)."""
@@ -89,13 +91,22 @@ class Sheet:
         inside = self.rows[first - self.first_row : max(last - self.first_row + 1, 0)]
         return [cells[index] if index < len(cells) else None for cells in inside]
 
+    def units_shown(self, index: int, rows: tuple[int, int]) -> dict[str, int]:
+        """Return the units that the number formats of a column show -> first row of each."""
+        found: dict[str, int] = {}
+        for row in range(rows[0], rows[1] + 1) if self.units else ():
+            if (row, index) in self.units and is_number(self.cell(row, index)):
+                found.setdefault(self.units[row, index], row)
+        return found
+
     def turned(self) -> "Sheet":
         """Return the sheet with rows for columns; row 1 is its first column."""
         rows = tuple(
             tuple(cells[at] if at < len(cells) else None for cells in self.rows)
             for at in range(self.width)
         )
-        return Sheet(self.file, self.name, rows, 1)
+        units = {(at + 1, row - self.first_row): one for (row, at), one in self.units.items()}
+        return Sheet(self.file, self.name, rows, 1, units=units)
 
     @functools.cached_property
     def width(self) -> int:

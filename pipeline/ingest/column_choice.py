@@ -138,7 +138,7 @@ class ColumnChoice:
             unit = read_unit_cell(cell) if isinstance(cell, str) else None
             if unit is not None:
                 return unit
-        return None
+        return next(iter(self._sheet.units_shown(index, self._rows)), None)
 
     def _with_electrical_speed(self, weighed: WeighedColumn) -> None:
         """Take no electrical speed for the shaft's, unless the stand says that it converted it."""

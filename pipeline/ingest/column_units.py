@@ -126,25 +126,30 @@ def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:
 def _contradiction(
     sheet: Sheet, column: BlockColumn, wanted: Wanted, rows: HeadRows, there: AbstractSet[str]
 ) -> Problem | None:
-    """Refuse a column whose name has another unit than the row under it."""
+    """Refuse a column whose name has another unit than the row under it, or than its cells show."""
     words = wanted.vocabulary[column.quantity]
     kind = words.unit_kind
-    if kind is None or column.unit_from != "header":
+    if kind is None or column.unit_from == "mapping":
         return None
-    for at in range(rows.names + 1, rows.data):
-        cell = sheet.cell(at, column.index)
-        unit = read_unit_cell(cell) if isinstance(cell, str) else None
-        if unit is None or not unit_fits(unit, words):
-            continue
-        if factor(unit, kind) != column.factor:
+    below = [(at, sheet.cell(at, column.index)) for at in range(rows.names + 1, rows.data)]
+    written = [
+        (at, unit, "the row under it")
+        for at, cell in below
+        # a second row of names may have letters that are other units
+        if isinstance(cell, str) and (unit := read_unit_cell(cell)) and unit_fits(unit, words)
+    ]
+    shown = sheet.units_shown(column.index, (rows.data, rows.last)).items()
+    written += [(at, unit, "the number format of its cells") for unit, at in shown]
+    for at, unit, by in written:
+        if not unit_fits(unit, words) or factor(unit, kind) != column.factor:
             severity, left_out = _loss(column, wanted, there - {column.quantity})
             return Problem(
                 severity,
                 sheet.place(at, column.letter),
                 f'{column.quantity.replace("_", " ")} "{shorten(column.header)}" states '
-                f"{column.unit}, the row under it {unit}. So {left_out}.",
+                f"{column.unit}, {by} {unit}. So {left_out}.",
                 "one unit.",
-                "Correct the name or the row, or state the unit in vehicle.yaml:\n  columns:\n"
+                "Correct what is wrong of both, or state the unit in vehicle.yaml:\n  columns:\n"
                 f"    {wanted.kind}:\n      {column.quantity}: "
                 f'{{header: "{shorten(column.header)}", unit: ...}}',
             )
@@ -249,6 +254,8 @@ def _find_unit(
             return unit, "unit row", at
         if wrong is None and at > rows.names and (unit is not None or _is_unit_row(sheet, at)):
             wrong = (unit or cell.strip(), "unit row", at)
+    shown = sheet.units_shown(match.index, (rows.data, rows.last))
+    wrong = wrong or next(((unit, "unit row", at) for unit, at in shown.items()), None)
     if wrong is None and words.unit_kind is None:
         cells = [sheet.cell(at, match.index) for at in range(rows.data, rows.last + 1)]
         texts = [cell.strip() for cell in cells if isinstance(cell, str)]

@@ -14,6 +14,7 @@ from pipeline.ingest.archive import (
     hidden_problems,
     longest_shared_text,
     scan_sheet,
+    units_of_styles,
     unpack,
 )
 from pipeline.ingest.cells import Cell, Limits, Row, Sheet, column_letter
@@ -181,10 +182,11 @@ def _scan(archive: Archive, place: Place, limits: Limits) -> dict[str, SheetScan
     """Scan every worksheet; refuse those whose dense table would not fit into memory."""
     scans: dict[str, SheetScan] = {}
     area = 0
+    units = units_of_styles(archive.members.get("xl/styles.xml", b""))
     for name, xml in archive.members.items():
         if b"sheetData" not in xml:
             continue
-        scan = scans[name] = scan_sheet(xml)
+        scan = scans[name] = scan_sheet(xml, units)
         area += scan.rows * scan.columns
         large = scan.rows > limits.max_rows or scan.columns > limits.max_columns
         if large or area > limits.max_cells:
@@ -289,9 +291,9 @@ def _read_sheet(
             rows[row - 1][column] = text
     filled = _fill_merged(rows, sheet, merged, where)
     problems = () if scan is None else formula_problems(scan, where)
-    return Sheet(
-        place.file, name, tuple(tuple(row) for row in rows), 1, problems, frozenset(filled)
-    )
+    units = {} if scan is None else scan.units
+    cells = tuple(tuple(row) for row in rows)
+    return Sheet(place.file, name, cells, 1, problems, frozenset(filled), units)
 
 
 def _cell(value: object) -> Cell:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from bench_workbooks import vehicle
+from openpyxl import Workbook  # type: ignore[import-untyped]  # it has no stubs
 
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
@@ -82,3 +83,29 @@ def test_a_unit_row_that_contradicts_the_name_is_told(
     assert [point.thrust_n for point in record.points] == ([] if told else [0.0, 4.0, 14.0])
     found = [one for one in record.problems if "states Н, the row under it кгс" in one.what]
     assert [one.severity for one in found] == (["error"] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "largest_n"),
+    [
+        ("Thrust (g)", '0.0 "kg"', None),
+        ("Thrust (g)", r"0.0\ \g", 0.5 * 9.80665),
+        ("Thrust", '0.0" gf"', 0.5 * 9.80665),
+        ("Thrust (g)", '0.0 "V"', None),
+    ],
+)
+def test_the_number_format_of_cells_is_a_word_about_the_unit(
+    tmp_path: Path, name: str, form: str, largest_n: float | None
+) -> None:
+    book = Workbook()
+    sheet = book.worksheets[0]
+    sheet.append(["code", name])
+    for code in (0, 20, 40, 60, 80, 100):
+        sheet.append([code, 0.05 * code**2])
+        sheet.cell(sheet.max_row, 2).number_format = form
+    book.save(tmp_path / "a.xlsx")
+    record = read_mooring_tables([tmp_path / "a.xlsx"], vehicle(), tmp_path)
+    assert max((one.thrust_n for one in record.points), default=None) == pytest.approx(largest_n)
+    refused = [one for one in record.problems if one.severity == "error"]
+    assert bool(refused) == (largest_n is None)
+    assert all("the number format of its cells" in one.what for one in refused)
