@@ -17,13 +17,16 @@ from pipeline.ingest.cells import is_text, shorten
 from pipeline.ingest.open_water_coefficients import (
     TORQUE_FACTORS,
     Coefficients,
+    EfficiencyCheck,
     NoCoefficientError,
     check_efficiency,
     coefficients,
     doubt,
     efficiency,
+    over_pi,
 )
 from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.vocabulary import plain
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle
@@ -34,6 +37,8 @@ _LARGEST_ADVANCE_RATIO = 3.0
 #: Share of the rows.
 _MOST_LARGE = 0.2
 _MOST_TEXTS = 200
+#: Evidence in nats for V / (pi n D) in place of J: told of above, refused above.
+_DOUBTED, _REFUSED = -0.7, 0.5
 #: A coefficient that differs by more from its thrust is of another one.
 _MOST_APART = 0.1
 
@@ -77,6 +82,10 @@ def _of_table(table: Table) -> list[OpenWaterPoint]:
     marks = _marks(table, rows)
     good = [row for row, own in zip(rows, marks, strict=True) if not own]
     problems += _cross_check(table, good)
+    unclear = _advance_unclear(table, good)
+    problems += unclear
+    if any(one.severity == "error" for one in unclear):
+        return []
     return [
         OpenWaterPoint(
             source=Source(file=block.sheet.file, sheet=block.sheet.name, row=reading.row),
@@ -212,17 +221,41 @@ def _against_raw(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> 
             yield table.at(table.head).warning(what, expected, _CHECK_COLUMN)
 
 
+def _advance_unclear(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
+    """Refuse an advance coefficient that may be V / (pi n D), unless vehicle.yaml has its scale."""
+    column = table.block.columns.get("advance_ratio")
+    stated = table.vehicle.columns.open_water.advance_ratio
+    if column is None or (stated is not None and "scale" in stated.model_fields_set):
+        return []
+    words = set(plain(column.header).split())
+    name = "lambda" if words & {"λ", "lambda"} else "J" if words & {"j", "jv"} else ""
+    check = _efficiency_check(used)
+    score = over_pi([one for _, one in used], name, None if check is None else check.ratio)
+    if score is None:  # the letter alone
+        score = _DOUBTED if name == "lambda" else -math.inf
+    if score < _DOUBTED:
+        return []
+    largest = max(abs(one.advance_ratio) for _, one in used) if used else 0.0
+    what = (
+        f'"{shorten(column.header)}" may be J = V / (n D), to {largest:.3g} here, or lambda = V / '
+        f"(pi n D), which makes J to {math.pi * largest:.3g}"
+    )
+    line = f'advance_ratio: {{header: "{shorten(column.header)}", scale: 3.14159}}'
+    remedy = (
+        f"State it in vehicle.yaml (scale: 1 for J):\n  columns:\n    open_water:\n      {line}"
+    )
+    place = table.at(table.head, "advance_ratio")
+    if score < _REFUSED:
+        return [place.warning(f"{what}; J is taken.", "J = V / (n D).", remedy)]
+    why = "K_T is zero so early, and the efficiency so small, as of no screw"
+    said = f"{what}: {why}. So the table was left out."
+    return [place.error(said, "an advance coefficient that is known.", remedy)]
+
+
 def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
     """Compare with the efficiency column; without one, look for what cannot be true."""
     yield from _against_raw(table, used)
-    stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
-    computed = [
-        efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
-        if found.thrust_coefficient is not None and found.torque_coefficient is not None
-        else math.nan
-        for _, found in used
-    ]
-    check = check_efficiency(computed, stated)
+    check = _efficiency_check(used)
     if check is None:
         text = doubt([found for _, found in used])
         if text:
@@ -240,6 +273,17 @@ def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> 
         odd = [used[index][0].row for index in check.outliers]
         what = f"the efficiency column does not follow from J, K_T and K_Q in {listed(odd)}."
         yield table.at(odd[0], "efficiency").warning(what)
+
+
+def _efficiency_check(used: Sequence[tuple[Reading, Coefficients]]) -> EfficiencyCheck | None:
+    stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
+    computed = [
+        efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
+        if found.thrust_coefficient is not None and found.torque_coefficient is not None
+        else math.nan
+        for _, found in used
+    ]
+    return check_efficiency(computed, stated)
 
 
 _CHECK_COLUMN = (

@@ -148,6 +148,7 @@ def _suspicion(ratio: float) -> str:
     for factor, text in (
         (0.1, "the torque coefficient looks ten times too large: is the column 10K_Q, not K_Q?"),
         (10.0, "the torque coefficient looks ten times too small: is the column K_Q, not 10K_Q?"),
+        (1 / math.pi, "J looks pi too small: is the column V / (pi n D), not V / (n D)?"),
         (0.01, "the stated efficiency looks to be in percent: state its unit as %"),
         (two_pi, "the torque coefficient looks 2 pi too small: is the column K_Q, not C_P?"),
         (1 / two_pi, "the torque coefficient looks 2 pi too large: is the column C_P, not K_Q?"),
@@ -156,6 +157,47 @@ def _suspicion(ratio: float) -> str:
         if abs(ratio / factor - 1.0) <= 0.1:
             return text
     return "J, K_T, K_Q and the efficiency do not belong together"
+
+
+#: Where the two readings of an advance coefficient are alike: J at no thrust, largest efficiency.
+_J_0, _ETA = 0.45, 0.32
+#: K_T must fall to this share for its zero, and the largest efficiency, to be known.
+_FALLS_TO = 0.6
+#: What the name says for V / (pi n D), in nats: the letter lambda is used for both, J is not.
+_NAMED = {"lambda": 1.0, "": 0.0, "J": -1.5}
+
+
+def over_pi(points: Sequence[Coefficients], name: str, ratio: float | None) -> float | None:
+    """Return the evidence [nats] that an advance coefficient is V / (pi n D), not J.
+
+    None where the numbers tell nothing. What weighs: where K_T is zero and the largest efficiency,
+    both pi too small then, the `name` ("lambda", "J", ""), the `ratio` of the efficiency to a
+    stated one.
+
+    >>> screw = [Coefficients(j, 0.4 * (1 - j), 0.05 * (1.1 - j)) for j in (0.0, 0.3, 0.6, 0.9)]
+    >>> small = [Coefficients(j / 3.14, 0.4 * (1 - j), 0.05 * (1.1 - j)) for j in (0.0, 0.3, 0.9)]
+    >>> over_pi(screw, "lambda", None) < -1.0, over_pi(small, "J", None) > 0.5
+    (True, True)
+    """
+    if ratio is not None:
+        return math.inf if abs(ratio * math.pi - 1.0) <= 0.1 else -math.inf
+    both = [(one.advance_ratio, one.thrust_coefficient or 0.0) for one in points]
+    advance, thrust = np.array([one for one in both if one[0] >= 0.0]).reshape(-1, 2).T
+    if thrust.size < 3 or thrust.max() <= 0.0 or thrust.min() > _FALLS_TO * thrust.max():
+        return None
+    slope, constant = np.polyfit(advance, thrust, 1)
+    best = max(
+        (
+            efficiency(one.advance_ratio, one.thrust_coefficient, one.torque_coefficient)
+            for one in points
+            if one.thrust_coefficient and one.torque_coefficient and one.torque_coefficient > 0.0
+        ),
+        default=0.0,
+    )
+    if slope >= 0.0 or constant <= 0.0:
+        return None
+    score = _NAMED[name] - 3.0 * math.log(-constant / slope / _J_0)
+    return score - (4.0 * math.log(best / _ETA) if best > 0.0 else 0.0)
 
 
 def doubt(points: Sequence[Coefficients]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -377,3 +378,21 @@ def test_whatever_stands_in_the_cells_there_is_a_record(
         record = read(make_vehicle(), path)
         assert record.points or record.problems
         assert OpenWaterRecord.model_validate_json(record.model_dump_json()) == record
+
+
+@pytest.mark.parametrize("head", ["J", "λ", "Advance coefficient"])
+@pytest.mark.parametrize("over_pi", [False, True])
+def test_an_advance_coefficient_over_pi_is_asked_for(
+    head: str, over_pi: bool, tmp_path: Path
+) -> None:
+    rows = [
+        f"{j / (math.pi if over_pi else 1.0):.4f},{0.46 * (1 - j / 1.07):.4f},"
+        f"{0.067 * (1 - j / 1.2):.5f}"
+        for j in np.linspace(0.0, 1.0, 11)
+    ]
+    path = tmp_path / "open.csv"
+    path.write_text("\n".join([f"{head},KT,KQ", *rows]), encoding="utf-8")
+    record = read_open_water([path], make_vehicle(), tmp_path)
+    refused = [one for one in record.problems if one.severity == "error"]
+    assert bool(refused) == over_pi
+    assert all("scale: 3.14159" in one.remedy for one in refused)
