@@ -8,12 +8,13 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.bench_file import source_name
+from pipeline.ingest.command_units import guess_units
 from pipeline.ingest.log_source import LogFacts, open_log
 from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
 from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
 from pipeline.ingest.pool_run_clocks import Timing
-from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert, guess_units
+from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert
 from pipeline.ingest.pool_run_defaults import same_quantities
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
@@ -91,7 +92,7 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
     extent_ns = _extent(channels, [])
     for name, channel in channels.items():
         problems += told_of(name, channel, place, extent_ns[0], told)
-    problems += reading.doubts(channels)
+    problems += [*reading.doubts(channels), *reading.refused]
     problems += facts.problems
     run = _run(vehicle, facts, channels, topics_read(topics, channels, groups, vehicle), extent_ns)
     run = replace(run, notes=notes)
@@ -142,6 +143,8 @@ class _Reading:
     data: Mapping[str, TopicData]
     where: Mapping[tuple[str, str], tuple[int, int]]
     timings: Mapping[str, Timing]
+    refused: list[Problem] = field(default_factory=list)
+    """Channels that may mean two things."""
     _doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def channels(self, plans: Sequence[Plan], water: WaterOfRun) -> dict[str, RunChannel]:
@@ -151,7 +154,9 @@ class _Reading:
                 key_of(plan): self._numbers(plan)
                 for plan in plans
                 if plan.quantity == "thruster_command" and plan.unit is None and plan.names is None
-            }
+            },
+            self.vehicle.pool.pwm_range,
+            one_way=all(drive.code_min >= 0 for drive in self.vehicle.drives.values()),
         )
         found: dict[str, RunChannel] = {}
         for plan in plans:
@@ -165,13 +170,25 @@ class _Reading:
                 converted = convert(
                     plan, self._numbers(plan), self.vehicle, water, names, guessed=guessed
                 )
+            if converted.unclear:
+                self.refused.append(
+                    self.place.error(
+                        f"{channel_name(plan)} ({plan.topic}): {converted.unclear}. So it was left "
+                        "out.",
+                        "commands whose rest is known.",
+                        "State it under pool: channels in vehicle.yaml.",
+                    )
+                )
             if not converted.values.shape[0] or not converted.columns:
                 continue
             topic = self.topics[plan.topic]
             whole = Found(plan, converted, taken, self.timings[plan.topic], topic, invalid)
             for name, part in parts_of(whole, channel_name(plan)):
                 found[name] = channel_of(part, self.vehicle)
-                self._doubts[f"{name} {plan.topic}"] = plan.doubts
+                self._doubts[f"{name} {plan.topic}"] = (
+                    *plan.doubts,
+                    *filter(None, [converted.doubt]),
+                )
         return found
 
     def doubts(self, channels: Mapping[str, RunChannel]) -> Iterator[Problem]:
@@ -179,7 +196,7 @@ class _Reading:
         yield from (
             self.place.warning(
                 f"{name} ({channel.topic}): {text}.",
-                remedy="State thrusters under pool: channels in vehicle.yaml.",
+                remedy="State it under pool: channels in vehicle.yaml.",
             )
             for name, channel in channels.items()
             for text in self._doubts.get(f"{name} {channel.topic}", ())

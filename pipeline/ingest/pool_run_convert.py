@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.ingest.command_units import GuessedUnit, guess_units, rest_of
 from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_components import quaternion_product
@@ -64,14 +65,6 @@ class Names:
 
 
 @dataclass(frozen=True)
-class GuessedUnit:
-    """Unit of commands that state none, and what in their values tells it."""
-
-    unit: str
-    why: str
-
-
-@dataclass(frozen=True)
 class Converted:
     """Readings of a quantity of the records, with what was assumed on the way."""
 
@@ -82,6 +75,10 @@ class Converted:
     notes: tuple[str, ...] = ()
     said_of: BoolArray | None = None
     """Which messages (k, n) say something of which thruster, where some are silent of some."""
+    doubt: str = ""
+    """What was assumed and may be wrong."""
+    unclear: str = ""
+    """Why nobody can tell what the readings mean; then there are none."""
 
 
 def convert(
@@ -209,66 +206,38 @@ def _by_thruster(
     if plan.names is not None and names is not None:
         raw, thrusters, said_of, said = _sorted_by_name(raw, vehicle, names)
         notes += said
-    raw *= np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
+    sign = np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
     if plan.quantity != "thruster_command":
         unit = plan.unit or next(iter(UNITS[plan.quantity]))
-        raw *= UNITS[plan.quantity][unit]
+        raw *= sign * UNITS[plan.quantity][unit]
         columns = tuple(f"{COLUMN_OF_THRUSTER[plan.quantity]}{name}" for name in thrusters)
         return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of)
-    if plan.unit is None:
-        guessed = guessed or _guess_unit(raw)
-        unit = guessed.unit
-        notes.append(f"commands are taken for {unit}: {guessed.why}")
-    else:
-        unit = plan.unit
-    drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
     pwm = vehicle.pool.pwm_range
-    for i, name in enumerate(thrusters):
-        code_max = drives.get(name, vehicle.drive).code_max
-        column = raw[:, i]
-        if unit == "us":
-            column[column == 0.0] = np.nan  # no pulse is no command
-            column -= pwm.neutral_us
-            column *= code_max / pwm.half_range_us
-        elif unit in ("ratio", "%"):
-            column *= code_max * (0.01 if unit == "%" else 1.0)
+    drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
+    own = [drives.get(name, vehicle.drive) for name in thrusters]
+    one_way = all(drive.code_min >= 0 for drive in own)
+    if plan.unit is None:
+        guessed = guessed or guess_units({("", ""): raw}, pwm, one_way=one_way)["", ""]
+        notes.append(f"commands are taken for {guessed.unit}: {guessed.why}")
+    else:  # a code is 0 at rest
+        guessed = GuessedUnit(plan.unit, "")
+        if plan.unit != "code":
+            guessed = rest_of(guessed, list(raw.T), pwm, one_way=one_way)
+    unit, neutral = guessed.unit, guessed.neutral
+    if plan.stated.neutral is not None:
+        neutral, guessed = plan.stated.neutral, GuessedUnit(unit, "")
+    if guessed.unclear:
+        return Converted(plan.quantity, (), raw, unit, unclear=guessed.unclear)
+    full = {"ratio": 1.0 - neutral, "%": 100.0 - neutral}.get(unit)
+    if unit == "us":
+        raw[raw == 0.0] = np.nan  # no pulse is no command
+        neutral, full = pwm.neutral_us, pwm.half_range_us
+    worth = [1.0 if full is None else drive.code_max / full for drive in own]
+    raw -= neutral
+    raw *= worth[: raw.shape[1]]
+    raw *= sign
     columns = tuple(f"command.{name}" for name in thrusters)
-    return Converted("thruster_command", columns, raw, unit, tuple(notes), said_of)
-
-
-def guess_units(
-    commands: Mapping[tuple[str, str], FloatArray],
-) -> dict[tuple[str, str], GuessedUnit]:
-    """Guess the units of commands that come in several topics: by their ranges, and each other.
-
-    A thruster that is only ever switched has the ratios -1, 0 and 1, whole numbers as codes are;
-    beside topics of ratios they are told. `commands` are readings (k, m) by topic and channel, as
-    they stand in the messages.
-    """
-    guessed = {key: _guess_unit(raw) for key, raw in commands.items()}
-    if not any(one.unit == "ratio" for one in guessed.values()):
-        return guessed
-    switched = GuessedUnit("ratio", "all lie between -1 and 1, as do those of other thrusters")
-    return {
-        key: switched if one.unit == "code" and _within_one(commands[key]) else one
-        for key, one in guessed.items()
-    }
-
-
-def _guess_unit(raw: FloatArray) -> GuessedUnit:
-    """Guess the unit of commands by their range."""
-    values = raw[np.isfinite(raw) & (raw != 0.0)]
-    if values.size and values.min() >= 800.0 and values.max() <= 2200.0:
-        return GuessedUnit("us", "all lie between 800 and 2200")
-    if _within_one(raw) and (values % 1.0 != 0.0).any():
-        return GuessedUnit("ratio", "all lie between -1 and 1")
-    return GuessedUnit("code", "they are neither pulse widths nor ratios")
-
-
-def _within_one(raw: FloatArray) -> bool:
-    """Tell whether commands, some of them not zero, lie between -1 and 1."""
-    largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
-    return 0.0 < largest <= 1.0
+    return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of, guessed.doubt)
 
 
 def _sorted_by_name(

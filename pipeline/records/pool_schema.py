@@ -144,6 +144,8 @@ class PoolChannel(BaseModel):
     order: Literal["xyzw", "wxyz"] = "xyzw"
     thrusters: tuple[str, ...] | None = None
     """Names of the elements, in their order; default: all thrusters in the order of the file."""
+    neutral: Annotated[float, Field(ge=0.0, le=1e5)] | None = None
+    """Command at rest, in `unit`: 0.5 where 0 to 1 is full reverse to full ahead."""
     body_axes: BodyAxes | None = None
     earth_axes: EarthAxes | None = None
     clock: Literal["header", "log"] | None = None
@@ -204,6 +206,15 @@ class PoolChannel(BaseModel):
             raise ValueError(f"sign has {len(self.sign)} entries, {self.quantity} has {count}")
         if self.thrusters is not None and count is not None:
             raise ValueError(f"{self.quantity} does not belong to thrusters")
+        if self.neutral is not None and (
+            self.quantity != "thruster_command"
+            or self.unit not in {"ratio", "%", "code"}
+            or self.neutral >= {"ratio": 1.0, "%": 100.0}.get(self.unit, math.inf)
+        ):
+            raise ValueError(
+                "neutral is that of thruster_command in ratio, % or code, below full command; of "
+                "pulse widths it is pwm_range: neutral_us"
+            )
         if (self.clock_field is None) != (self.clock_unit is None):
             raise ValueError("clock_field and clock_unit go together")
         if self.clock_field is not None and self.clock is not None:
