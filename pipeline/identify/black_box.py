@@ -94,21 +94,10 @@ class BlackBox:
 def fit_black_box(
     runs: Sequence[RunTable], windows: Sequence[Window], code_max: FloatArray
 ) -> BlackBox | None:
-    """Fit the model on windows of runs.
+    """Fit the model on the windows of runs that the vehicle is fitted on.
 
-    Parameters
-    ----------
-    runs : sequence of RunTable
-        The runs that the windows are cut from.
-    windows : sequence of Window
-        The same that the vehicle is fitted on.
-    code_max : ndarray, shape (n,)
-        Largest command of each thruster.
-
-    Returns
-    -------
-    BlackBox or None
-        None where there is nothing to predict or less than ten samples a coefficient.
+    `code_max` (n,) is the largest command of each thruster. None where there is nothing to predict
+    or less than ten samples a coefficient.
     """
     quantities = tuple(
         q

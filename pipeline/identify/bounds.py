@@ -34,25 +34,12 @@ class Cut:
 def bounded_step(
     matrix: FloatArray, pull: FloatArray, lowest: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    r"""Minimise d' H d / 2 - pull' d with d >= lowest.
+    r"""Minimise d' H d / 2 - pull' d with d >= lowest, -inf where there is no bound.
 
     All coordinates without a bound are eliminated; what is left, a distance in the metric of the
     bounded ones' own information, is a least-squares problem with bounds (Stark and Parker 1995).
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, n)
-        H, positive definite.
-    pull : ndarray, shape (n,)
-        Right-hand side.
-    lowest : ndarray, shape (n,)
-        -inf where there is no bound.
-
-    Returns
-    -------
-    tuple of ndarray
-        The step (n,), and how far the step without bounds lies from it (n,), zero where no bound
-        holds.
+    Returns the step (n,), and how far the step without bounds lies from it (n,), zero where no
+    bound holds.
     """
     free = np.asarray(np.linalg.solve(matrix, pull), float)
     if (free >= lowest).all():
@@ -75,12 +62,7 @@ def bounded_step(
 def cut_std(mean: float, std: float, lowest: float) -> float:
     """Return the standard deviation of one normal density that is zero below its bound.
 
-    Parameters
-    ----------
-    mean, std : float
-        Of the density without the bound.
-    lowest : float
-        The bound, in the same unit; -inf where there is none.
+    `mean` and `std` are of the density without the bound; `lowest` is -inf where there is none.
     """
     if mean - FAR_INSIDE * std >= lowest:
         return std
@@ -94,19 +76,8 @@ def cut_off(mean: FloatArray, covariance: FloatArray, lowest: FloatArray) -> Cut
     """Take standard deviations and intervals from a normal density that is zero below its bounds.
 
     Intervals of bounded coordinates are the shortest that hold 95 %: at the bound they begin there.
-    Those of the others leave 2.5 % on either side.
-
-    Parameters
-    ----------
-    mean, covariance : ndarray, shape (p,), (p, p)
-        Of the density without bounds.
-    lowest : ndarray, shape (p,)
-        -inf where there is no bound.
-
-    Returns
-    -------
-    Cut or None
-        None where no bound is near enough to matter.
+    Those of the others leave 2.5 % on either side. `mean` (p,) and `covariance` (p, p) are without
+    bounds, `lowest` (p,) is -inf where there is none; None where no bound is near enough to matter.
     """
     deviation = np.sqrt(np.diag(covariance))
     # bounds that are far off cut nothing, and would only make the draws follow each other slowly

@@ -30,17 +30,8 @@ def rising_points(
 ) -> tuple[tuple[MooringPoint, ...], tuple[Check, ...]]:
     """Leave out the codes beyond which thrust falls: an inverse has one code for a thrust.
 
-    Parameters
-    ----------
-    points : tuple of MooringPoint
-        Usable points of one supply voltage.
-
-    Returns
-    -------
-    points : tuple of MooringPoint
-        Up to the code of the largest thrust of each sign.
-    checks : tuple of Check
-        "thrust rises with the code", for a gate.
+    Returns the points up to the code of the largest thrust of each sign, and the check "thrust
+    rises with the code", for a gate.
     """
     kept, texts = list(points), []
     for sign in (1, -1):
@@ -69,14 +60,7 @@ def gate_checks(
 ) -> tuple[Check, ...]:
     """Check what a table of thrust cannot be wrong in without a sign of it.
 
-    Parameters
-    ----------
-    points : tuple of MooringPoint
-        Usable points of one supply voltage.
-    fits : tuple of (PolynomialFit or None, PolynomialFit or None)
-        Table 3, positive and negative.
-    vehicle : Vehicle
-        Whether the drive turns backwards.
+    `points` are the usable ones of one supply voltage, `fits` Table 3, positive and negative.
     """
     if not points:
         return ()

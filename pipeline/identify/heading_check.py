@@ -45,19 +45,8 @@ def heading_check(
 ) -> HeadingCheck | None:
     """Compare the rate of the heading with that of the gyroscope, or with the commands' yaw.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The nominal model.
-    run : RunTable
-        With commands and attitude.
-    delay_s : float
-        How late the commands act beyond the model's lag. [s]
-
-    Returns
-    -------
-    HeadingCheck or None
-        None without an attitude, or where the vehicle hardly turns.
+    `delay_s` is how late the commands act beyond the model's lag. None without an attitude, or
+    where the vehicle hardly turns.
     """
     if "attitude" not in run.values or "command" not in run.values or run.time_s.size < 50:
         return None

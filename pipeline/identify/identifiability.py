@@ -89,18 +89,7 @@ def best_manoeuvres(
 ) -> tuple[ManoeuvreGain, ...]:
     """For each parameter that was not identified the manoeuvre that would tell most about it.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it; autopilot and allocator believe this one.
-    sensors : Sensors
-        What would measure.
-    solution : FitSolution
-        The fit.
-    found : sequence of IdentifiedParameter
-        Its verdicts.
-    threads : int
-        Simulations at a time.
+    Autopilot and allocator believe the vehicle of the file, `packed`; `found` are the verdicts.
     """
     missing = [i for i, parameter in enumerate(found) if not parameter.identified]
     if not missing:

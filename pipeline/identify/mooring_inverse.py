@@ -52,14 +52,8 @@ def points_for_tables(mooring: MooringRecord, vehicle: Vehicle) -> tuple[Mooring
 def fit_table3(points: tuple[MooringPoint, ...], sign: int, thrust_dead_n: float) -> PolynomialFit:
     """Fit N = K_0 + K_1 T + K_2 T^2 + K_3 T^3 to one sign of thrust, T and N signed.
 
-    Parameters
-    ----------
-    points : tuple of MooringPoint
-        Points of one supply voltage.
-    sign : int
-        1 or -1.
-    thrust_dead_n : float
-        Thrust up to which the code is zero; smaller readings are not fitted. [N]
+    Of one supply voltage; readings up to `thrust_dead_n`, for which the code is zero, are not
+    fitted.
 
     Raises
     ------
@@ -123,20 +117,8 @@ def gap_at_rest(
 ) -> tuple[FloatArray, FloatArray]:
     """Thrust calculated at rest less thrust measured at the mooring, by size, at tested codes.
 
-    Parameters
-    ----------
-    points : tuple of MooringPoint
-        Mooring points.
-    sign : int
-        1 or -1: which codes.
-    code, thrust_n : ndarray, shape (m,)
-        The family's row at zero speed.
-
-    Returns
-    -------
-    codes, gap_n : ndarray, shape (k,)
-        Signed codes within the family, and |T| calculated less measured; empty if none was
-        measured. The family holds for both signs. [N]
+    `code`, `thrust_n` (m,) are the family's row at zero speed. Returns signed codes within the
+    family (k,) and |T| calculated less measured (k,) [N], empty if none was measured.
     """
     codes, measured = mean_by_code(points, sign)
     within = (codes >= code[0]) & (codes <= code[-1])

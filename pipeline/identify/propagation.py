@@ -67,16 +67,7 @@ class ThrusterFits:
 
 
 def thrust_jacobian(model: ThrusterFits, points: WorkingPoints, code: FloatArray) -> FloatArray:
-    """Differentiate thrust to theta at solved points, shape (m, p); zero where not found.
-
-    Parameters
-    ----------
-    model : ThrusterFits
-    points : WorkingPoints
-        Solutions, arrays of shape (m,).
-    code : ndarray, shape (m,)
-        Codes of the points.
-    """
+    """Differentiate thrust to theta at solved points (m,), shape (m, p); zero where not found."""
     propeller, surface = model.propeller, model.surface
     n = np.where(points.found, points.shaft_speed_rps, 1.0)
     powers_t = points.advance_ratio[:, None] ** np.arange(len(propeller.thrust_coefficients))
@@ -106,16 +97,7 @@ def monte_carlo_std(
     draws: int,
     seed: int,
 ) -> FloatArray:
-    """Draw theta and return the standard deviation of thrust, shape (m,).
-
-    Parameters
-    ----------
-    model : ThrusterFits
-    code, speed_mps : ndarray, shape (m,)
-        Points to evaluate.
-    draws, seed : int
-        Number of draws of theta and the seed of their generator.
-    """
+    """Draw theta; the standard deviation of thrust at codes and speeds (m,), shape (m,)."""
     generator = np.random.default_rng(seed)
     propeller, surface = model.propeller, model.surface
 

@@ -26,18 +26,8 @@ def round_trips(
 ) -> tuple[RoundTrip, ...]:
     """Send thrusts through N(T, V) and back through the family at every speed it was solved for.
 
-    Parameters
-    ----------
-    families : tuple of Family
-        Curves T(N) of both signs by speed: the judges of the grid.
-    calculated : Family
-        The judge of the cubics.
-    table4 : tuple of SpeedInverse
-        The cubics, tried at their own speeds.
-    firmware : FirmwareCharacteristic
-        The grid, tried at every speed of the family.
-    published : Published or None
-        Printed Tables 2 and 4, sent through each other.
+    The curves of both signs judge the grid of the firmware, those that were calculated the cubics
+    of Table 4, at their own speeds. The printed Tables 2 and 4 are sent through each other.
     """
     dead_n = firmware.thrust_dead_n
     grids = {"positive": thrust_grid(firmware.positive), "negative": thrust_grid(firmware.negative)}

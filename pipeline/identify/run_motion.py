@@ -66,15 +66,6 @@ class RunMotion:
 def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMotion:
     """Work out the motion of a run.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle, for gravity.
-    sensors : Sensors
-        Places of accelerometer and velocity log.
-    run : RunTable
-        On an even time base.
-
     Raises
     ------
     CannotComputeError

@@ -68,16 +68,9 @@ def least_squares(
 ) -> LinearFit:
     """Ordinary least squares with a covariance that honours autocorrelation within stretches.
 
-    Parameters
-    ----------
-    design : ndarray, shape (m, k)
-        Regressors, the thrust first, the constant included.
-    response : ndarray, shape (m,)
-        Acceleration.
-    stretch : ndarray of int, shape (m,)
-        Label of the stretch of each sample, ascending; nothing correlates across stretches.
-    lags : int
-        Samples up to which residuals go together.
+    The thrust is the first of the regressors `design` (m, k), the constant is among them. `stretch`
+    (m,) labels samples, ascending; nothing correlates across stretches, and up to `lags` samples
+    residuals go together.
 
     Raises
     ------
@@ -150,16 +143,9 @@ def deming_estimate(
     lags: int,
     noise: tuple[float, float],
 ) -> Slope:
-    """Deming slope with its standard error.
+    """Deming slope with its standard error; `noise` of thrust [N] and acceleration [m/s^2].
 
-    Parameters
-    ----------
-    thrust, acceleration : ndarray, shape (m,)
-        Samples.
-    stretch, lags
-        As `least_squares` takes them.
-    noise : tuple of 2 floats
-        Of the thrust [N] and of the acceleration [m/s^2].
+    Samples as `least_squares` takes them.
 
     Raises
     ------

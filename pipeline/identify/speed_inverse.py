@@ -20,17 +20,9 @@ def fit_table4_row(row: StaticRow, curve: ThrustCurve, thrust_dead_n: float) -> 
     The error is weighed in newtons (code error times dT/dN) and its maximum made small by Lawson's
     iteration, because the firmware's worst error is what an allocator feels.
 
-    The intervals are found by fitting again to the family moved along each mode of its covariance:
-    the weights of a smallest maximum move with the curve, so no fixed map carries the covariance.
-
-    Parameters
-    ----------
-    row : StaticRow
-        Supplies the modes of the thrust's covariance along the codes of `curve`.
-    curve : ThrustCurve
-        T(N) of the family at this speed.
-    thrust_dead_n : float
-        Lower end of the fit. [N]
+    The intervals are found by fitting again to the family moved along each mode of its covariance,
+    which `row` has: the weights of a smallest maximum move with the curve, so no fixed map carries
+    the covariance.
 
     References
     ----------
@@ -55,19 +47,9 @@ def fit_table4_row(row: StaticRow, curve: ThrustCurve, thrust_dead_n: float) -> 
 
 
 def smallest_maximum(curve: ThrustCurve, thrust_dead_n: float) -> FloatArray:
-    """Fit the cubic N(T) whose largest error in newtons is smallest.
+    """Fit the cubic N(T) whose largest error in newtons is smallest, K_N0 ... K_N3 (4,).
 
-    Parameters
-    ----------
-    curve : ThrustCurve
-        T(N) of one sign at one speed.
-    thrust_dead_n : float
-        Lower end of the fit; the upper is the curve's largest thrust. [N]
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        K_N0 ... K_N3.
+    From `thrust_dead_n` to the curve's largest thrust.
     """
     thrust_n = np.linspace(thrust_dead_n, curve.thrust_max_n, THRUST_POINTS)
     code = curve.code_at(thrust_n)

@@ -56,15 +56,7 @@ def at_rest(solution: FitSolution, posterior: Posterior) -> BoolArray:
 
 
 def halves_of(solution: FitSolution, posterior: Posterior) -> Halves:
-    """Estimate everything from each half of the runs.
-
-    Parameters
-    ----------
-    solution : FitSolution
-        The joint fit.
-    posterior : Posterior
-        How uncertain it is.
-    """
+    """Estimate everything from each half of the runs."""
     problem, reduced = solution.problem, solution.reduced
     size, count = len(reduced.prior), problem.size
     free = problem.free(size)
@@ -119,16 +111,7 @@ def with_standing(
 ) -> tuple[IdentifiedParameter, ...]:
     """Add to what was found of each parameter whether it stands, and if not, why.
 
-    Parameters
-    ----------
-    parameters : sequence of FreeParameter
-        All of the fit.
-    found : sequence of IdentifiedParameter
-        What the fit made of each.
-    rest : ndarray, shape (p + q,)
-        Which of the unknowns are at rest.
-    halves : Halves
-        What each half of the runs says.
+    `rest` (p + q,) tells which of the unknowns are at rest.
     """
     judged = []
     for i, (parameter, one) in enumerate(zip(parameters, found, strict=True)):

@@ -21,14 +21,7 @@ def grid_checks(
 ) -> tuple[Check, ...]:
     """Check that thrust rises with code, falls with speed, and that its two errors agree.
 
-    Parameters
-    ----------
-    thrust_n, status : ndarray, shape (speeds, codes)
-        The family.
-    monte_carlo_ratio : tuple
-        Range of Monte Carlo over analytic standard error.
-    draws : int
-        Monte Carlo draws.
+    `monte_carlo_ratio` is the range of Monte Carlo over analytic standard error.
     """
     ratio = monte_carlo_ratio
     met = status != "no_working_point"
@@ -67,15 +60,8 @@ def explain_status(
 ) -> tuple[str, ...]:
     """Say in sentences which parts of the family are dead, extrapolated or missing, and why.
 
-    Parameters
-    ----------
-    status : ndarray, shape (speeds, codes)
-    speed, code : ndarray
-        Of the rows [m/s] and the columns.
-    propeller, drive : PropellerFit, DriveFit
-        Their measured ranges.
-    table_speed_mps : sequence of float
-        Speeds of the tables: the dead zone is told at these, not at every step of the grid. [m/s]
+    `status` has a row for each `speed` [m/s] and a column for each `code`. The dead zone is told at
+    the speeds of the tables, not at every step of the grid.
     """
     lowest, highest_code = drive.code_range
     lines = []

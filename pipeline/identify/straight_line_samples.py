@@ -75,20 +75,7 @@ def filtered_samples(
     method: Method,
     bandwidth_hz: float,
 ) -> tuple[Samples, list[Stretch]]:
-    """Filter one run's readings and find its straight stretches.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle, for its thrust.
-    sensors : Sensors
-        Place, rate and noise of the DVL.
-    run : RunTable
-        With velocity and angular velocity.
-    along : int
-        0 surge, 1 sway, 2 heave.
-    method, bandwidth_hz
-        As `straight_line`.
+    """Filter one run's readings and find its straight stretches; arguments as of `straight_line`.
 
     Raises
     ------
@@ -177,21 +164,10 @@ def _slots(time_s: FloatArray) -> tuple[IntArray, float]:
 
 
 def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[Stretch]:
-    """Find stretches along one axis.
+    """Find stretches along one axis, in the order of time.
 
-    Parameters
-    ----------
-    run : RunTable
-        With angular velocity; roll and pitch are judged where attitude was measured.
-    velocity : ndarray, shape (m, 3)
-        Of the body origin, body axes; NaN where unknown. [m/s]
-    axis : int
-        0 surge, 1 sway, 2 heave.
-
-    Returns
-    -------
-    list of Stretch
-        In the order of time.
+    `velocity` (m, 3) is that of the body origin, body axes, NaN where unknown [m/s]. Roll and pitch
+    are judged where attitude was measured.
     """
     period = run.period_s
     samples = 2 * max(round(MEAN_S / period / 2), 1) + 1

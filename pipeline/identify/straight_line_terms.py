@@ -48,19 +48,7 @@ def omitted_terms(
     other axes are not this one's. Drag: -v and -v|v|. Buoyancy: the component of "down" along the
     axis. Walls: the nearness sum (R / distance)^3 times the thrust, where the vehicle file states
     walls and the run has a position: 1 / (m + A (1 + c s)) is 1 / M - s c A / M^2 to first order.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    run : RunTable
-        The run.
-    velocity : ndarray, shape (m, 3)
-        Of the body origin. [m/s]
-    thrust : ndarray, shape (m,)
-        Along the axis. [N]
-    along : int
-        0 surge, 1 sway, 2 heave.
+    `velocity` (m, 3) is that of the body origin [m/s], `thrust` (m,) goes along the axis [N].
     """
     omega = np.nan_to_num(run.values["angular_velocity"])
     v = velocity[:, along]
@@ -87,17 +75,10 @@ def omitted_terms(
 
 
 def terms_known(run: RunTable, terms: Collection[str]) -> BoolArray:
-    """Rows (m,) of a run at which all that the terms are made of is known.
+    """Rows (m,) of a run at which all that terms of `omitted_terms` are made of is known.
 
     Elsewhere a term holds zeros in place of readings, and whatever is taken over such a row is not
     to be used.
-
-    Parameters
-    ----------
-    run : RunTable
-        The run.
-    terms : collection of str
-        Names from `omitted_terms`.
     """
     known = run.valid["angular_velocity"]
     for name, quantity in ((WEIGHT, "attitude"), (WALLS, "position")):
@@ -112,16 +93,8 @@ def usable_terms(
     """Names of the terms that vary enough to be seen, and not only together with the others.
 
     A term enters if at least `OWN_SHARE` of its variation is left after the thrust, a constant and
-    the terms before it are taken out, and if it could move the acceleration noticeably.
-
-    Parameters
-    ----------
-    thrust : ndarray, shape (m,)
-        [N]
-    terms : dict of ndarray, shape (m,)
-        From `omitted_terms`, filtered as the acceleration.
-    acceleration_noise : float
-        [m/s^2]
+    the terms before it are taken out, and if it could move the acceleration noticeably. Terms (m,)
+    are filtered as the acceleration, whose noise is in m/s^2.
     """
     columns = [thrust, np.ones_like(thrust)]
     used = []

@@ -23,24 +23,9 @@ def table2_row(
 ) -> StaticRow | None:
     """Fit T = K_F0 + K_F1 N + K_F2 N^2 to the family at one speed, over the tested codes.
 
-    Parameters
-    ----------
-    speed_mps : float
-        Speed along the thrust. [m/s]
-    model : ThrusterFits
-        Fitted propeller and drive.
-    drive : DriveFit
-        Its range of codes.
-    code : ndarray, shape (c,)
-        Codes of the family; the last is the largest the firmware sends.
-    thrust_max : tuple of 2 floats
-        Thrust of the family at the last code, which may not have been on the bench, and its
-        standard error. [N]
-
-    Returns
-    -------
-    StaticRow or None
-        None where too few codes give thrust.
+    `code` (c,) are the codes of the family, the last the largest that the firmware sends;
+    `thrust_max` is the thrust there, which may not have been on the bench, and its standard error
+    [N]. None where too few codes give thrust.
 
     References
     ----------

@@ -67,15 +67,10 @@ class ThrustCurve:
 
 
 def curve_from_family(code: FloatArray, thrust_n: FloatArray) -> ThrustCurve | None:
-    """Curve through a calculated row of the static family, None where it gives no thrust.
+    """Curve through rising codes and thrusts (m,) of the static family, None where it gives none.
 
     The edge of the dead zone lies between the last code without thrust and the first with it,
     where the line through the first two live points meets zero.
-
-    Parameters
-    ----------
-    code, thrust_n : ndarray, shape (m,)
-        Rising codes and thrust, zero where the point is dead.
     """
     live = np.flatnonzero(thrust_n > 0)
     if live.size < 2:

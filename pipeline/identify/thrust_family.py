@@ -80,12 +80,7 @@ class Family:
 def family_curves(static: StaticCharacteristic, thrust_dead_n: float) -> Family | None:
     """Curves of every speed of the calculated family up to the first without thrust.
 
-    Parameters
-    ----------
-    static : StaticCharacteristic
-        The family on its grid, and its rows beyond the tables.
-    thrust_dead_n : float
-        Thrust that counts as none. [N]
+    Thrust up to `thrust_dead_n` counts as none.
     """
     code, factor = np.array(static.code), static_factor(static)
     rows: list[tuple[float, Vector, Vector, BoolArray]] = [
@@ -118,16 +113,9 @@ def family_curves(static: StaticCharacteristic, thrust_dead_n: float) -> Family 
 def measured_family(
     calculated: Family | None, points: tuple[MooringPoint, ...], sign: Literal[1, -1]
 ) -> Family:
-    """Return the family of one sign that was moored.
+    """Return the family of one sign that was moored, from readings of one supply voltage.
 
-    Parameters
-    ----------
-    calculated : Family or None
-        What the torque balance gives; without it the family has the row at rest alone.
-    points : tuple of MooringPoint
-        Readings of one supply voltage.
-    sign : int
-        1 or -1.
+    Without a calculated one it has the row at rest alone.
 
     Raises
     ------

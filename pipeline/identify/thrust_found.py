@@ -17,16 +17,7 @@ def thrust_found(
 ) -> tuple[ThrustFound, ...]:
     """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
 
-    Parameters
-    ----------
-    doubt : ThrustUncertainty
-        The unknowns.
-    steps : ndarray, shape (p + q,)
-        All unknowns at the solution; those of the thrust come last.
-    posterior : Posterior
-        Their covariance.
-    halves : Halves, optional
-        What two halves of the runs say.
+    `steps` (p + q,) are all unknowns at the solution; those of the thrust come last.
     """
     begin = steps.size - doubt.size
     deviations = np.sqrt(np.diag(posterior.covariance))[begin:] * posterior.inflation[begin:]

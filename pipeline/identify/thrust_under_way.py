@@ -37,22 +37,11 @@ def points_under_way(points: Sequence[MooringPoint]) -> tuple[MooringPoint, ...]
 def with_points_under_way(
     families: tuple[Family, Family], points: Sequence[MooringPoint], notes: list[str]
 ) -> tuple[Family, Family]:
-    """Correct both signs by what was measured under way.
+    """Correct both signs, ahead and in reverse, by what was measured under way.
 
-    Parameters
-    ----------
-    families : tuple of Family
-        Ahead and in reverse.
-    points : sequence of MooringPoint
-        Readings in a flow, of the families' supply voltage. Those against the flow, or on one side
-        of the codes only, leave the other sign as it is; a family of one row takes the other's.
-    notes : list of str
-        What was done is added.
-
-    Returns
-    -------
-    tuple of Family
-        With rows at the speeds that were measured.
+    Readings are of the families' supply voltage. Those against the flow, or on one side of the
+    codes only, leave the other sign as it is; a family of one row takes the other's. The families
+    that are returned have rows at the speeds that were measured; `notes` gets what was done.
     """
     shifts = [_shifts(family, points, notes) for family in families]
     at_rest_only = all(family.speed_mps.size == 1 for family in families)

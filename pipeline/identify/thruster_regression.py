@@ -137,15 +137,6 @@ _Solved = tuple[AxisLikelihood, float]
 def run_likelihood(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunLikelihood:
     """Regress a run's motion on the thrusts of its commands.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The nominal model.
-    sensors : Sensors
-        Places of the sensors.
-    run : RunTable
-        Commands, and any of rates, specific force, attitude, velocity, position, depth.
-
     Raises
     ------
     CannotComputeError

@@ -39,17 +39,9 @@ _SENSORS: dict[str, tuple[type[Sensor], tuple[str, ...]]] = {
 def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
     """Return sensors that read every quantity that a run has.
 
-    One that the vehicle file leaves out sits at the origin and has the rate of the run.
-
-    Parameters
-    ----------
-    sensors : Sensors
-        Of the vehicle file.
-    table : RunTable
-        The measured run.
-    ideal : bool
-        Without delay and at the rate of the table, to be compared with it; otherwise with the
-        sensors' own. Always without noise: a prediction has none.
+    One that the vehicle file leaves out sits at the origin and has the rate of the run. `ideal`
+    ones are without delay and at the rate of the table, to be compared with it; others have their
+    own. Always without noise: a prediction has none.
     """
 
     def rate(quantity: str) -> float:

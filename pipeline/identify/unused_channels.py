@@ -17,14 +17,8 @@ def notes_on_unused(
 ) -> tuple[str, ...]:
     """Say which channels were measured and not used, and what to do about each.
 
-    Parameters
-    ----------
-    runs : sequence of RunTable
-        Runs of the fit.
-    channels : sequence of ChannelNoise
-        What the fit has a sensor for, with the rate expected of it.
-    used : set of str
-        Quantities that some window has.
+    `channels` are what the fit has a sensor for, with the rate expected of it; `used` what some
+    window has.
     """
     slow, lost = [], []
     for channel in channels:

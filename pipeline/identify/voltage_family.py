@@ -33,19 +33,9 @@ def families_by_voltage(
 ) -> dict[float, Signs]:
     """Return both signs at each voltage that was moored well enough, by rising voltage.
 
-    Parameters
-    ----------
-    calculated : Family or None
-        What the torque balance gives, at the voltage of the load test.
-    points : tuple of MooringPoint
-        Usable readings of all voltages, at rest and in a flow.
-    vehicle : Vehicle
-        Whether the drive turns backwards.
-
-    Returns
-    -------
-    dict
-        Mean voltage [V] to the families; empty where fewer than two can be told apart.
+    `calculated` is what the torque balance gives at the voltage of the load test; `points` are
+    usable readings of all voltages, at rest and in a flow. Mean voltage [V] to the families; empty
+    where fewer than two can be told apart.
     """
     reverses = vehicle.drive.code_min < 0
     found: dict[float, Signs] = {}

@@ -50,24 +50,10 @@ def lead_starts(
     offsets: FloatArray | None = None,
     threads: int = 2,
 ) -> FloatArray:
-    """Estimate first states (windows, STATE) from leads; NaN where none is shown, or it runs away.
+    """Estimate first states (windows, STATE) from leads of so many `steps`.
 
-    Windows of one run share the wander of its attitude.
-
-    Parameters
-    ----------
-    model : Model
-        The vehicle.
-    windows : sequence of Window
-        Whose starts are wanted.
-    channels : sequence of ChannelNoise
-        What was measured.
-    steps : sequence of int
-        Length of each lead.
-    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
-        The runs' known offsets, zero otherwise.
-    threads : int
-        Simulations at a time.
+    NaN where a lead shows none, or the model runs away in it. `offsets` (runs, OFFSET_COUNT) are
+    known ones. Windows of one run share the wander of its attitude.
     """
     leads = [one.lead(count) for one, count in zip(windows, steps, strict=True)]
     starts = np.full((len(windows), STATE), np.nan)
@@ -120,7 +106,7 @@ def prediction_quality(
     offsets: FloatArray | None = None,
     threads: int = 2,
 ) -> tuple[ChannelQuality, ...]:
-    """Errors per channel of vehicles and of the baselines.
+    """Errors per channel, on windows that took no part in a fit, of vehicles and of the baselines.
 
     Parameters
     ----------
@@ -128,9 +114,7 @@ def prediction_quality(
         Vehicles by what `ChannelQuality` calls the error of each: ``identified``,
         ``vehicle_file``, ``corrected_file``.
     windows : sequence of Window
-        Windows that took no part in the fit.
-    runs : sequence of RunTable
-        The runs that the windows are cut from, by the windows' `run`.
+        Cut from the `runs`.
     channels : sequence of ChannelNoise
         What was measured.
     black_box : BlackBox or None

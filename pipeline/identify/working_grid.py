@@ -49,16 +49,7 @@ def solve_grid(
 ) -> WorkingGrid:
     """Solve the torque balance at tested codes and continue to the others.
 
-    Parameters
-    ----------
-    model : ThrusterFits
-        Fitted propeller and drive.
-    propeller, drive : PropellerFit, DriveFit
-        Their measured ranges.
-    speed_mps : ndarray, shape (v,)
-        Speeds along the thrust, from 0. [m/s]
-    code : ndarray, shape (c,)
-        Positive codes, rising by one.
+    `speed_mps` (v,) go along the thrust and begin with 0, `code` (c,) are positive and rise by one.
 
     Raises
     ------
