@@ -13,7 +13,7 @@ from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
 from pipeline.simulate.mover import Mover
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.simulate.run import Method, Trajectory, initial_state, largest_step_s, run
+from pipeline.simulate.run import Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
 
 #: Period of the autopilot and of the commands. [s]
@@ -165,7 +165,6 @@ def fly(
     vector: FloatArray | None = None,
     allocator: CodeAllocator | None = None,
     step_s: float | None = None,
-    method: Method = "rk4",
     change: FlightChange | None = None,
     mover: Mover = run,
 ) -> Trajectory:
@@ -183,8 +182,6 @@ def fly(
         `general_allocator` of the vehicle otherwise.
     step_s : float, optional
         Integration step; divides the control period. `usual_step_s` otherwise. [s]
-    method : {"rk4", "semi_implicit", "midpoint"}
-        See `run`.
     change : FlightChange, optional
         Asked at the start of every control period; its vector takes the place of `vector`. The
         autopilot is not told.
@@ -198,7 +195,7 @@ def fly(
     """
     allocate = general_allocator(packed) if allocator is None else allocator
     autopilot = autopilot_for(packed)
-    step_s = usual_step_s(packed, vector, method) if step_s is None else step_s
+    step_s = usual_step_s(packed, vector) if step_s is None else step_s
     inner = max(round(CONTROL_PERIOD_S / step_s), 1)
     state = initial_state() if plan.start is None else plan.start
     pieces: list[Trajectory] = []
@@ -221,7 +218,6 @@ def fly(
             dt_s=CONTROL_PERIOD_S / inner,
             vector=vector,
             start=state,
-            method=method,
             start_time_s=now,
         )
         pieces.append(piece)
@@ -229,11 +225,9 @@ def fly(
     return join(pieces)
 
 
-def usual_step_s(
-    packed: PackedVehicle, vector: FloatArray | None = None, method: Method = "rk4"
-) -> float:
+def usual_step_s(packed: PackedVehicle, vector: FloatArray | None = None) -> float:
     """Integration step [s]: 0.02 s, or the next that the shafts allow and that divides 0.1 s."""
-    parts = np.ceil(CONTROL_PERIOD_S / largest_step_s(packed, vector, method) - 1e-9)
+    parts = np.ceil(CONTROL_PERIOD_S / largest_step_s(packed, vector) - 1e-9)
     return float(CONTROL_PERIOD_S / max(parts, round(CONTROL_PERIOD_S / STEP_S)))
 
 
@@ -245,14 +239,13 @@ def run_changing(
     *,
     dt_s: float,
     start: FloatArray | None = None,
-    method: Method = "rk4",
     mover: Mover = run,
 ) -> Trajectory:
     """Run commands open loop while something happens to the vehicle.
 
     Parameters
     ----------
-    packed, commands, dt_s, start, method
+    packed, commands, dt_s, start
         As `run` takes them.
     mover : Mover
         As `fly` takes it.
@@ -281,7 +274,6 @@ def run_changing(
                 dt_s=dt_s,
                 vector=vector,
                 start=state,
-                method=method,
                 start_time_s=begin * dt_s,
             )
         )

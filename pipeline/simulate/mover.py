@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Method, Trajectory
+from pipeline.simulate.run import Trajectory
 from pipeline.types import FloatArray
 
 
@@ -21,7 +21,6 @@ class Mover(Protocol):
         dt_s: float,
         vector: FloatArray | None = None,
         start: FloatArray | None = None,
-        method: Method = "rk4",
         start_time_s: float = 0.0,
     ) -> Trajectory:
         """Return the run of commands (m, n); arguments as `run` takes them."""

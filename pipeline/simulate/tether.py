@@ -111,9 +111,7 @@ class LumpedMassTether:
         )
 
 
-def lumped_tether(
-    tether: Tether, *, density_kgpm3: float, gravity_mps2: float, axial_damping: float = 0.5
-) -> LumpedMassTether:
+def lumped_tether(tether: Tether, *, density_kgpm3: float, gravity_mps2: float) -> LumpedMassTether:
     """Return the lumped cable of a vehicle file's tether section.
 
     Parameters
@@ -122,8 +120,6 @@ def lumped_tether(
         The section; its mass is in air.
     density_kgpm3, gravity_mps2 : float
         [kg/m^3], [m/s^2]
-    axial_damping : float
-        As in `LumpedMassTether`. [-]
     """
     return LumpedMassTether(
         length_m=tether.length_m,
@@ -135,7 +131,6 @@ def lumped_tether(
         axial_stiffness_n=tether.axial_stiffness_n,
         density_kgpm3=density_kgpm3,
         gravity_mps2=gravity_mps2,
-        axial_damping=axial_damping,
     )
 
 

@@ -9,7 +9,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
 from pipeline.simulate.fly import join
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Method, Trajectory
+from pipeline.simulate.run import Trajectory
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray
@@ -96,7 +96,6 @@ class TetheredMover:
         dt_s: float,
         vector: FloatArray | None = None,
         start: FloatArray | None = None,
-        method: Method = "rk4",
         start_time_s: float = 0.0,
         external: FloatArray | None = None,
     ) -> Trajectory:
@@ -104,10 +103,6 @@ class TetheredMover:
 
         `external` is one wrench (1, 6), held over all of them.
         """
-        if method != "rk4":
-            raise CannotComputeError(
-                f"{packed.name} on its tether is integrated by rk4 alone, not by {method}"
-            )
         pieces: list[Trajectory] = []
         for first in range(0, max(len(commands), 1), _STEPS_AT_A_TIME):
             part = commands[first : first + _STEPS_AT_A_TIME]
