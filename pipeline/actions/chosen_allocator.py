@@ -23,15 +23,8 @@ AllocatorName = Literal["general", "paper", "paper-mooring"]
 def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> CodeAllocator:
     """Return an allocator that believes the vehicle file and its bench.
 
-    Parameters
-    ----------
-    one : SimulatedVehicle
-        The vehicle.
-    name : {"general", "paper", "paper-mooring"}
-        For any arrangement; eq. (6) of Kostenko 2023 with N(T, V); the same with the mooring
-        inverse N(T).
-    out : Path
-        Folder that holds ``processed/``.
+    ``general`` is for any arrangement; ``paper`` eq. (6) of Kostenko 2023 with N(T, V);
+    ``paper-mooring`` the same with the mooring inverse N(T).
 
     Raises
     ------

@@ -48,18 +48,9 @@ class FoundSide:
 def find_side(
     text: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
 ) -> FoundSide:
-    """Find and read what a text names.
+    """Find and read what a text names, as the user wrote it.
 
-    Parameters
-    ----------
-    text : str
-        As the user wrote it.
-    vehicle : str or None
-        The vehicle that it is of, where the text does not say it.
-    raw, out : Path
-        The raw folder, and the folder of ``processed/``.
-    tell : callable
-        Is told what is read.
+    `vehicle` is what it is of where the text does not say it; `tell` is told what is read.
 
     Raises
     ------

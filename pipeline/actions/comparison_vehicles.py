@@ -16,13 +16,7 @@ from pipeline.records.fits import InverseCharacteristic
 
 
 def vehicle_differences(first: FoundSide, second: FoundSide, out: Path) -> dict[str, Any]:
-    """Compare what vehicle files state, and the codes of their firmware tables.
-
-    Returns
-    -------
-    dict
-        Fields of the `Comparison`.
-    """
+    """Compare what vehicle files state, and codes of their tables; fields of the `Comparison`."""
     assert first.vehicle is not None  # noqa: S101 - a vehicle file was read
     assert second.vehicle is not None  # noqa: S101 - a vehicle file was read
     stated = [

@@ -104,15 +104,7 @@ def plan_day(  # noqa: PLR0917 - what the command is given
 
 
 def flown_of_plan(file: Path, one: SimulatedVehicle) -> tuple[FlownOfPlan, ...]:
-    """Hold a plan against the logs that are later than it: by manoeuvre, in their names.
-
-    Parameters
-    ----------
-    file : Path
-        ``processed/<vehicle>/plan.json``; nothing where there is none.
-    one : SimulatedVehicle
-        The vehicle, whose ``pool/`` holds the logs.
-    """
+    """Hold a plan, if any, against the logs that are later: by manoeuvre, in their names."""
     try:
         last = PoolDay.model_validate_json(file.read_text(encoding="utf-8"))
         since_ns = file.stat().st_mtime_ns

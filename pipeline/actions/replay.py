@@ -29,25 +29,8 @@ def replay(
 ) -> tuple[Trajectory, list[str]]:
     """Simulate the commands of a log, each held until the next.
 
-    Parameters
-    ----------
-    one : SimulatedVehicle
-        The vehicle.
-    log : RunCommands
-        What was commanded; thrusters are matched by name.
-    true : ndarray
-        Parameter vector that is simulated.
-    step_s : float
-        Integration step. [s]
-    schedule : PayloadSchedule, optional
-        Modules that come and go.
-    mover : Mover
-        `run`, or the vehicle on its tether.
-
-    Returns
-    -------
-    tuple
-        The run, and sentences on what had to be assumed.
+    Thrusters are matched by name; `true` is the parameter vector that is simulated. Returns the
+    run, and sentences on what had to be assumed.
 
     Raises
     ------

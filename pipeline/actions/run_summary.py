@@ -80,19 +80,7 @@ def summarise(
     packed: PackedVehicle,
     vector: FloatArray,
 ) -> RunSummary:
-    """Sum a run up.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The true motion.
-    log : dict of Channel
-        What was measured.
-    packed : PackedVehicle
-        The nominal vehicle.
-    vector : ndarray
-        The true parameter vector.
-    """
+    """Sum up the true motion of a run, at its parameter `vector`, and what was measured of it."""
     x, y = trajectory.quaternion[:, 1], trajectory.quaternion[:, 2]
     # angle between body z and down: R_33 of the rotation
     tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0)))

@@ -176,16 +176,9 @@ class PayloadSchedule:
 
 
 def checked_events(events: Sequence[PayloadEvent], model: Model, name: str) -> list[PayloadEvent]:
-    """Return events in the order of time.
+    """Return events, in any order, in the order of time.
 
-    Parameters
-    ----------
-    events : sequence of PayloadEvent
-        In any order.
-    model : Model
-        With the modules that are on board at the start.
-    name : str
-        Of the vehicle, for messages.
+    `model` has the modules that are on board at the start; `name` is the vehicle's, for messages.
 
     Raises
     ------
@@ -222,17 +215,7 @@ def held_payload(payload: Payload) -> HeldPayload:
 def vector_with_modules(
     packed: PackedVehicle, model: Model, on_board: frozenset[str]
 ) -> FloatArray:
-    """Return the nominal parameter vector with these modules on board and no other.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle, with whatever modules its file attaches.
-    model : Model
-        Of the same vehicle.
-    on_board : frozenset of str
-        Names of modules.
-    """
+    """Return the nominal parameter vector with these modules on board and no other."""
     payloads = tuple(
         payload.model_copy(update={"attached": payload.name in on_board})
         for payload in model.payloads

@@ -88,16 +88,8 @@ def fly_course(
 ) -> Flight:
     """Fly a course from its speed, thrusters at what the allocator asks for the drag there.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The true vehicle.
-    autopilot : Autopilot
-        Fresh; the same for every flight.
-    allocator : Decide, optional
-        Without one the wanted wrench itself acts on the body: ideal thrusters.
-    course : Course
-        What to fly.
+    The true vehicle with a fresh autopilot, the same for every flight. Without an allocator the
+    wanted wrench itself acts on the body: ideal thrusters.
 
     Raises
     ------

@@ -107,18 +107,9 @@ def stepping(
     ideal: Flight,
     range_n_nm: FloatArray,
 ) -> StepFlight:
-    """Say what a step did to the channels that were not stepped.
+    """Say what a step did to the channels that were not stepped; arguments as of `keeping`.
 
-    Parameters
-    ----------
-    packed, variant, range_n_nm
-        As `keeping` takes them.
-    flight : Flight
-        With the step.
-    without : Flight
-        The same without it.
-    ideal : Flight
-        The same step with ideal thrusters.
+    `flight` is with the step, `without` the same without it, `ideal` the step with ideal thrusters.
     """
     heading = flight.course.heading_rad != 0.0
     off = np.abs(flight.motion - without.motion).max(axis=0)

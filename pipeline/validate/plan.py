@@ -40,16 +40,8 @@ def axis_range(packed: PackedVehicle, thrust_of_wrench: FloatArray, speed_mps: f
     """Largest force and moment on each axis alone at a speed, (6,); 0 where there is none.
 
     Of surge that ahead, which is what keeps a speed; of every other axis the smaller of both ways.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    thrust_of_wrench : ndarray, shape (n, 6)
-        Thrusts that the allocator shares a unit of each axis out to; a column of zeros where it
-        has no means.
-    speed_mps : float
-        Surge speed. [m/s]
+    `thrust_of_wrench` (n, 6) are the thrusts that the allocator shares a unit of each axis out to;
+    a column of zeros where it has no means.
     """
     forward, reverse = thrust_limits(packed, speed_mps)[:, :, None]
     size = np.abs(thrust_of_wrench)
