@@ -145,3 +145,15 @@ def _with_pulse(
         f"pool: pwm_range: {{neutral_us: {shortest:g}, half_range_us: ...}}"
     )
     return replace(guessed, unclear=unclear)
+
+
+def within_hundred(raw: FloatArray, code_max: int) -> str:
+    """Doubt codes that have fractions and stay within 100, of a drive that goes much further."""
+    values = raw[np.isfinite(raw)]
+    within = values.size > 0 and float(np.abs(values).max()) <= _PERCENT
+    if not within or code_max < 2.0 * _PERCENT or not (values % 1.0 != 0.0).any():
+        return ""
+    return (
+        f"it has fractions and stays within 100, of codes to {code_max}: it may be per cent, and "
+        "is taken for codes"
+    )

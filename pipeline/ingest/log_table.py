@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
@@ -24,7 +24,11 @@ _TIME = re.compile(
     r"(?i)(log_?|rec_?|unix_?|epoch_?)?(time|timestamp|stamp|t)(_?utc)?(_(?P<unit>s|ms|us|ns))?"
 )
 #: Numbers without a unit that are times since 1970 are at least this many of it.
-_SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11))
+_SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11), ("s", 1e8))
+#: What one may be worth otherwise [ns], days as spreadsheets count them among them; the usual step
+#: between rows [s], and by how many powers of ten nearer to it another unit than seconds must be.
+_WORTH_NS = {**CLOCK_UNITS_NS, "days": 86_400_000_000_000}
+_USUAL_STEP_S, _NEARER = 0.05, 1.0
 _SPELLINGS = {
     "µs": "us",
     "m/s^2": "m/s2",
@@ -65,7 +69,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             expected='a column "time" or "t", its unit in brackets: time [s].',
             remedy="Name it, or move the file out of pool/ if it is no run.",
         )
-    time_ns, sound = _times(frame.iloc[:, index], *heads[index], place)
+    time_ns, sound, said = _times(frame.iloc[:, index], *heads[index], place)
     columns: dict[str, npt.NDArray[Any]] = {}
     units: dict[str, str] = {}
     for number, (name, unit) in enumerate(heads):
@@ -76,6 +80,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             units.setdefault(field, unit)
     size = path.stat().st_size
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
+    facts.problems += said
     facts.usual = tuple(_usual(units, facts))
     return TableLog({TOPIC: TopicTable(time_ns, columns)}, facts)
 
@@ -164,8 +169,8 @@ def _times(
     name: str,
     unit: str,
     place: Place,
-) -> tuple[IntArray, npt.NDArray[np.bool_]]:
-    """Return the times [ns] of the rows that have one, and which these are."""
+) -> tuple[IntArray, npt.NDArray[np.bool_], list[Problem]]:
+    """Return the times [ns] of the rows that have one, which these are, and what was assumed."""
     import pandas as pd
 
     column = _numbers(column)
@@ -179,20 +184,53 @@ def _times(
                 remedy="Write them as seconds, or as 2026-05-04T10:00:00.25Z.",
             )
         at = dates[sound].dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
-        return at.astype(np.int64), sound
+        return at.astype(np.int64), sound, []
     values = column.to_numpy()
     sound = np.isfinite(values)
     match = _TIME.fullmatch(name)
     stated = unit or (match["unit"] if match is not None else None) or ""
+    said: list[Problem] = []
     if stated not in CLOCK_UNITS_NS:
-        largest = float(np.median(values[sound])) if sound.any() else 0.0
-        stated = next((one for one, least in _SINCE_1970 if largest >= least), "s")
-    factor = CLOCK_UNITS_NS[stated]
+        stated = _unit_by_numbers(values[sound].astype(float))
+        if stated != "s" and not _since_1970(values[sound]):
+            step = float(np.median(np.diff(values[sound].astype(float))))
+            what = (
+                f'the times in column "{name}" have no unit: a step of {step:.3g} is taken for '
+                f"{stated}, as rows in seconds would be {step:.3g} s apart."
+            )
+            remedy = "State the unit in the head of the column: time [s]."
+            said.append(place.warning(what, remedy=remedy))
+    factor = _WORTH_NS[stated]
     if values.dtype.kind in "iu":
-        return values[sound].astype(np.int64) * factor, sound
+        return values[sound].astype(np.int64) * factor, sound, said
     whole = np.floor(values[sound])
     rest = np.rint((values[sound] - whole) * factor).astype(np.int64)
-    return whole.astype(np.int64) * factor + rest, sound
+    return whole.astype(np.int64) * factor + rest, sound, said
+
+
+def _since_1970(values: npt.NDArray[Any]) -> str:
+    """Return the unit of times since 1970 by their size, empty for others."""
+    largest = float(np.median(values)) if values.size else 0.0
+    return next((one for one, least in _SINCE_1970 if largest >= least), "")
+
+
+def _unit_by_numbers(values: npt.NDArray[Any]) -> str:
+    """Tell the unit of times by their size, or by the step in which a recorder writes rows.
+
+    >>> _unit_by_numbers(np.arange(9.0) * 20.0), _unit_by_numbers(np.arange(9.0))
+    ('ms', 's')
+    """
+    steps = np.diff(values)
+    steps = steps[steps > 0.0]
+    if (known := _since_1970(values)) or not steps.size:
+        return known or "s"
+
+    def off(unit: str) -> float:
+        step_s = float(np.median(steps)) * _WORTH_NS[unit] / 1e9
+        return abs(float(np.log10(step_s / _USUAL_STEP_S)))
+
+    best = min(_WORTH_NS, key=off)
+    return best if off(best) < off("s") - _NEARER else "s"
 
 
 def _usual(units: Mapping[str, str], facts: LogFacts) -> list[PoolChannel]:

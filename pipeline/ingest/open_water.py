@@ -4,6 +4,7 @@ import contextlib
 import math
 import re
 from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -230,7 +231,10 @@ def _advance_unclear(table: Table, used: Sequence[tuple[Reading, Coefficients]])
     words = set(plain(column.header).split())
     name = "lambda" if words & {"λ", "lambda"} else "J" if words & {"j", "jv"} else ""
     check = _efficiency_check(used)
-    score = over_pi([one for _, one in used], name, None if check is None else check.ratio)
+    points = [one for _, one in used]
+    if doubt(points):  # then its efficiency says nothing
+        points = [replace(one, torque_coefficient=None) for one in points]
+    score = over_pi(points, name, None if check is None else check.ratio)
     if score is None:  # the letter alone
         score = _DOUBTED if name == "lambda" else -math.inf
     if score < _DOUBTED:

@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.message_fields import LARGEST, impossible
 from pipeline.ingest.pool_run_down import (
+    attitude_against_level,
     depth_too_fast,
     doubtful_depths,
     gravity_against_attitude,
@@ -34,6 +35,10 @@ _FACTORS = (
     (1000.0 / 9.80665, "thousandths of g"),
 )
 _TABLE_HZ = 20.0
+#: Rates and attitudes that go together like this differ by a factor alone.
+_CLEARLY = 0.9
+#: More than a turn a second is no vehicle's: these are degrees. [rad/s]
+_FAST_RADPS = 2.0 * np.pi
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5
 #: Share of the fastest shaft's speed below which another's is noise about zero.
@@ -54,6 +59,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     yield from _voltage(run, vehicle, place)
     yield from doubtful_depths(run, vehicle, place)
     yield from gravity_against_level(run, place)
+    yield from attitude_against_level(run, place)
     try:  # what follows lays the readings on a common time base
         yield from contradictions(run, vehicle, place)
         yield from gravity_against_rates(run, place)
@@ -115,6 +121,14 @@ def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
                 continue
         most = LARGEST.get(channel.quantity)
         high = _large(channel)
+        assumed = channel.read.unit_from == "assumed"
+        if channel.quantity == "angular_velocity" and assumed and high > _FAST_RADPS:
+            yield _warn(
+                place,
+                f"{name} ({channel.topic}) reaches {high:.3g} rad/s, more than a turn a second, "
+                "and no unit is stated: it looks like degrees.",
+                _CHECK_UNIT,
+            )
         if most is not None and high > most:
             unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
             yield _warn(
@@ -180,15 +194,17 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> Iterator[Problem]:
 
     for axis, name in enumerate(("roll", "pitch", "yaw")):
         a, m = from_attitude[:, axis], measured[:, axis]
-        if a.std() < 0.02 or m.std() < 1e-6:
+        # what hardly moves in one may move in the other, where its unit is another
+        if max(a.std(), m.std()) < 0.02 or min(a.std(), m.std()) < 1e-6:
             continue
         correlation = float(np.corrcoef(a, m)[0, 1])
         if abs(correlation) < 0.7:
             continue
         ratio = float(m.std() / a.std())
         likely = _factor(ratio, tolerance=0.3)
-        if likely and not 0.5 < ratio < 2.0:
-            what = f"is {ratio:.3g} times what the attitude says: it looks like {likely}."
+        if not 0.5 < ratio < 2.0 and (likely or abs(correlation) > _CLEARLY):
+            looks = f": it looks like {likely}" if likely else ""
+            what = f"is {ratio:.3g} times what the attitude says{looks}; or the times are others."
         elif correlation < 0:
             what = (
                 f"has the opposite sign of what the attitude says (correlation {correlation:.2f})."

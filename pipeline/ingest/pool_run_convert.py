@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.command_units import GuessedUnit, guess_units, rest_of
+from pipeline.ingest.command_units import GuessedUnit, guess_units, rest_of, within_hundred
 from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_components import quaternion_product
@@ -226,6 +226,9 @@ def _by_thruster(
     unit, neutral = guessed.unit, guessed.neutral
     if plan.stated.neutral is not None:
         neutral, guessed = plan.stated.neutral, GuessedUnit(unit, "")
+    doubt = guessed.doubt
+    if plan.unit is None and unit == "code":
+        doubt = within_hundred(raw, min((drive.code_max for drive in own), default=0))
     if guessed.unclear:
         return Converted(plan.quantity, (), raw, unit, unclear=guessed.unclear)
     full = {"ratio": 1.0 - neutral, "%": 100.0 - neutral}.get(unit)
@@ -237,7 +240,7 @@ def _by_thruster(
     raw *= worth[: raw.shape[1]]
     raw *= sign
     columns = tuple(f"command.{name}" for name in thrusters)
-    return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of, guessed.doubt)
+    return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of, doubt)
 
 
 def _sorted_by_name(

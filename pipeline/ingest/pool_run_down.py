@@ -134,6 +134,28 @@ def gravity_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
     yield place.warning(what, remedy=remedy)
 
 
+def attitude_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
+    """Compare down as the attitude has it with that of a level vehicle.
+
+    For logs without a specific force, where nothing else shows order and axes of a quaternion.
+    """
+    channel = run.channels.get("attitude")
+    if channel is None or "specific_force" in run.channels:
+        return
+    kept = channel.values[channel.usable()]
+    kept = kept[np.isfinite(kept).all(axis=1) & kept.any(axis=1)]
+    apart_deg = _apart_deg(np.tile([0.0, 0.0, -1.0], (len(kept), 1)), down_in_body(kept))
+    if apart_deg < _MOST_TILTED_DEG:
+        return
+    what = (
+        f"by the attitude ({channel.topic}) the vehicle is tilted by {apart_deg:.0f} degrees for "
+        f"half of the run, with the axes {channel.read.axes}: it lay on its side or back, or axes, "
+        "sign, unit or order are others."
+    )
+    remedy = "State order (wxyz), body_axes, earth_axes or unit under pool: channels."
+    yield place.warning(what, remedy=remedy)
+
+
 def _apart_deg(force: FloatArray, down: FloatArray) -> float:
     """Median angle between what accelerometers feel and up (n, 3); 0 where there is little."""
     size = np.linalg.norm(force, axis=1)

@@ -36,6 +36,8 @@ _APART = 0.12
 _LEAST_CODES = 4
 #: No dead zone is larger than this share of the largest code tested.
 _LATE = 0.5
+#: Of the largest thrust: more on both sides of where there is none is thrust both ways.
+_SIDE = 0.2
 #: Specimens of one type differ by a few per cent; their larger thrusts tell it.
 _ALIKE, _LARGER = 0.1, 0.2
 
@@ -122,7 +124,7 @@ def shape_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | Non
             found = (
                 _fall(table, own, sign)
                 or _two_values(table, own, sign)
-                or _late_start(table, own, sign)
+                or _rests_elsewhere(table, own, sign)
             )
             if found is not None:
                 return found
@@ -148,24 +150,33 @@ def _fall(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem 
     return None
 
 
-def _late_start(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
-    """Look for a thrust that begins in the middle of the codes: these count from elsewhere."""
-    largest = max(sign * point.thrust_n for point in points)
-    codes = sorted({abs(point.code) for point in points})
-    going = [abs(p.code) for p in points if sign * p.thrust_n > _CLEAR * largest]
-    if len(codes) < _LEAST_CODES or not going:
+def _rests_elsewhere(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+    """Look for codes that count from elsewhere: thrust begins, or is least, in the middle of them.
+
+    What was tested begins far from code 0, and right where the thrust does; or thrust without a
+    sign falls to nothing and rises again.
+    """
+    size = _by_code(points)
+    codes = sorted(size, key=abs)
+    thrust = np.array([sign * size[code] for code in codes])
+    largest = float(thrust.max(initial=0.0))
+    going = np.flatnonzero(thrust > _CLEAR * largest)
+    if len(codes) < _LEAST_CODES or largest <= 0.0:
         return None
-    least, low = min(going), codes[0]
-    # what was tested begins far from code 0, and right where the thrust does
-    if not low > _LATE * codes[-1] or least > codes[_LEAST_CODES - 1] or largest <= 0.0:
-        return None
-    first = [sign * point.thrust_n for point in points if abs(point.code) == low]
-    if max(first) > _CLEAR * largest:
+    least, first, last = int(np.argmin(thrust)), abs(codes[0]), abs(codes[-1])
+    begins = abs(codes[going[0]])
+    valley = thrust[least] <= _CLEAR * largest and min(thrust[0], thrust[-1]) > _SIDE * largest
+    if valley:
+        what = f"thrust is least at code {codes[least]:g} and grows to both sides"
+    elif first >= _LATE * last and 0 < going[0] < _LEAST_CODES:
+        what = (
+            f"thrust begins at code {begins:g}, {100 * first / last:.0f} % of the largest, {last:g}"
+        )
+    else:
         return None
     return table.place.error(
-        f"thrust begins at code {least:g}, {100 * low / codes[-1]:.0f} % of the largest, "
-        f"{codes[-1]:g}: the codes seem to count from elsewhere, as a duty cycle does. So the "
-        "table was left out.",
+        f"{what}: the codes seem to count from elsewhere, as a duty cycle does. So the table was "
+        "left out.",
         "codes, or per cent of full throttle, that are 0 at rest.",
         "Write codes or pulse widths, or state the right column in vehicle.yaml under columns: "
         "mooring: code or pwm.",

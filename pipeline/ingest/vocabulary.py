@@ -13,7 +13,7 @@ _PUNCTUATION = re.compile(r"[^\w%°]+|_")
 _GROUPS = (re.compile(r"\[([^\[\]]*)\]"), re.compile(r"\(([^()]*)\)"), re.compile(r"\{([^{}]*)\}"))
 _IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
 _LONGEST_HEADER = 150
-_PREFERRED = 10
+_PREFERRED = 15
 _LESS = 30
 _BY_UNIT = 20
 
@@ -226,19 +226,22 @@ def name_score(header: HeaderText, words: Words) -> int:
     if bare in words.symbols or fold_lookalikes(bare) in words.symbols:
         return 100
     best = 0
+    # "thrust corrected" is no worse a name than "thrust"
+    preferred = [found[0] for word in words.prefer for found in _pattern(word).finditer(name)]
+    spare = sum(len(one) + 1 for one in preferred)
     phrases = [(phrase, 0) for phrase in words.names]
     phrases += [(phrase, _BY_UNIT) for phrase in words.with_unit if header.unit is not None]
     for phrase, less in phrases:
         found = _pattern(phrase).search(name)
         if found is not None:
             length = found.end() - found.start()
-            rest = len(name) - length
+            rest = max(len(name) - length - spare, 0)
             score = 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2
             best = max(best, score - less)
     if best == 0:
         indexed = re.sub(r"[\s_]*\d{1,2}$", "", bare)
         return 90 if indexed != bare and indexed in words.symbols else 0
-    best += _PREFERRED if _has(name, words.prefer) else 0
+    best += _PREFERRED if preferred else 0
     best -= _LESS if _has(name, words.less) else 0
     return max(best, 1)
 

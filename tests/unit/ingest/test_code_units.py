@@ -100,3 +100,21 @@ def test_shares_without_a_unit_are_of_full_throttle_in_mooring_tables(tmp_path: 
 def test_codes_made_of_pulse_widths_may_have_fractions(tmp_path: Path) -> None:
     record = mooring(tmp_path, "pwm, us;thrust, N\n1500;0\n1601;3\n1703;12\n")
     assert not [one for one in record.problems if "whole number" in one.what]
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "told"), [(0, 11, "grows to both sides"), (5, 11, "begins at code")]
+)
+def test_shares_that_rest_at_a_half_are_refused(
+    tmp_path: Path, begin: int, end: int, told: str
+) -> None:
+    rows = [f"{0.51 + 0.1 * (k - 5):.2f},{1.6 * (k - 5) ** 2}" for k in range(begin, end)]
+    record = mooring(tmp_path, "\n".join(["Throttle,Thrust (N)", *rows]))
+    assert record.points == ()
+    assert said(record, told).severity == "error"
+
+
+def test_a_corrected_thrust_goes_before_a_thrust(tmp_path: Path) -> None:
+    rows = [f"{code},{0.2 * code},{0.19 * code}" for code in range(0, 101, 10)]
+    record = mooring(tmp_path, "\n".join(["Code,Thrust (N),Thrust corrected (N)", *rows]))
+    assert max(point.thrust_n for point in record.points) == pytest.approx(19.0)

@@ -101,3 +101,12 @@ def test_a_stated_rest_and_a_sign_turn_about_it(
     path = write_log(tmp_path / "run.mcap", [topic])
     channel = read_pool_run(path, rov(channels=[stated]), tmp_path).channels["thruster_command"]
     assert channel.values == pytest.approx(-full * (values - neutral))
+
+
+@pytest.mark.parametrize(("code_max", "told"), [(100, False), (400, True)])
+def test_codes_that_may_be_per_cent_are_told(tmp_path: Path, code_max: int, told: bool) -> None:
+    topic = joints_topic("/thrusters/command", ticks(COUNT, 50.0), [NAMES] * COUNT, waves(60.0))
+    path = write_log(tmp_path / "run.mcap", [topic])
+    drive = rov().drive.model_copy(update={"code_min": -code_max, "code_max": code_max})
+    run = read_pool_run(path, rov().model_copy(update={"drives": {"drive": drive}}), tmp_path)
+    assert any("may be per cent" in one.what for one in run.problems) == told

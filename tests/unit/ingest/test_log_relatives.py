@@ -157,3 +157,39 @@ def test_messages_of_sbg(tmp_path: Path) -> None:
     np.testing.assert_allclose(run.channels["angular_velocity"].values, 0.1 * EULER)
     np.testing.assert_allclose(run.channels["specific_force"].values, force)
     assert run.channels["attitude"].topic == "/sbg/ekf_euler"
+
+
+@pytest.mark.parametrize(
+    ("one_s", "unit"), [(1e3, "ms"), (1e6, "us"), (1.0 / 86_400.0, "days"), (1.0, "")]
+)
+def test_times_without_a_unit_are_told_by_their_step(
+    one_s: float, unit: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{t * one_s:.12g},{d:.4f}\n" for t, d in zip(T, DEPTH, strict=True))
+    run = table(tmp_path, f"time,depth\n{rows}")
+    assert run.duration_s == pytest.approx(T[-1], rel=1e-3)
+    assert (f"is taken for {unit}" in said(run)) == bool(unit)
+
+
+def test_a_yaw_in_degrees_beside_a_roll_in_radians_is_told(tmp_path: Path) -> None:
+    t = np.arange(0.0, 60.0, 0.05)
+    roll, rate = 0.1 * np.sin(0.7 * t), 0.07 * np.cos(0.7 * t)
+    still = np.zeros_like(t)
+    rows = rows_of(t, roll, still, 350.0 + still, rate, still, still)
+    run = table(tmp_path, f"time,roll,pitch,yaw,p,q,r\n{rows}")
+    assert "the roll rate (table) is 57" in said(run)
+
+
+def test_rates_of_more_than_a_turn_a_second_are_told(tmp_path: Path) -> None:
+    run = table(tmp_path, "time,p,q,r,depth\n" + rows_of(T, 30.0 * EULER, DEPTH))
+    assert "more than a turn a second" in said(run)
+
+
+@pytest.mark.parametrize(("order", "told"), [([1, 2, 3, 0], False), ([0, 1, 2, 3], True)])
+def test_an_attitude_that_lies_on_its_back_is_told(
+    order: list[int], told: bool, tmp_path: Path
+) -> None:
+    wxyz = np.stack([np.cos(0.3 + 0.0 * T), 0.02 * np.sin(T), 0.0 * T, np.sin(0.3 + 0.0 * T)], 1)
+    contents = [{"orientation": one} for one in wxyz[:, order].tolist()]
+    run = read(tmp_path, [json_topic("/ahrs", TIMES, contents), number("/depth", DEPTH)])
+    assert ("order are others" in said(run)) == told
