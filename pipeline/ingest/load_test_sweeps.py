@@ -151,13 +151,13 @@ def _apart(own: Sequence[Reading]) -> float:
     if scale == 0.0 or np.ptp(torque) < 0.2 * scale:
         return 0.0
     degree = 2 if len(own) >= 2 * _LEAST_OF_TWO else 1
-    off = speed - np.polyval(np.polyfit(torque / scale, speed, degree), torque / scale)
+    off = speed - np.polyval(_curve(torque / scale, speed, degree), torque / scale)
     if np.ptp(off) <= _TWO_SHARE * float(speed.max()):
         return 0.0  # no two rows are so far apart
     above = off > 0.0
     if min(above.sum(), (~above).sum()) < degree + 2:
         return 0.0
-    curves = [np.polyfit(torque[side] / scale, speed[side], degree) for side in (above, ~above)]
+    curves = [_curve(torque[side] / scale, speed[side], degree) for side in (above, ~above)]
     rest = [
         speed[side] - np.polyval(curve, torque[side] / scale)
         for side, curve in zip((above, ~above), curves, strict=True)
@@ -166,6 +166,11 @@ def _apart(own: Sequence[Reading]) -> float:
     apart = abs(float(np.polyval(curves[0], middle) - np.polyval(curves[1], middle)))
     scatter = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
     return apart if apart > max(_TWO_SHARE * float(speed.max()), _TWO_SIGMAS * scatter) else 0.0
+
+
+def _curve(x: FloatArray, y: FloatArray, degree: int) -> FloatArray:
+    """Coefficients of the polynomial of least squares, the smallest ones where few x differ."""
+    return np.asarray(np.linalg.lstsq(np.vander(x, degree + 1), y, rcond=None)[0])
 
 
 def branches_and_warm_up(table: Table) -> Iterator[Problem]:

@@ -176,3 +176,9 @@ def test_pulse_widths_far_within_the_stated_range_are_told(tmp_path: Path) -> No
     told = [one for one in record.problems if "end far within the stated range" in one.what]
     assert [one.severity for one in told] == ["warning"]
     assert max(code for code, _, _ in fitted(record)) == pytest.approx(101.6)
+
+
+def test_a_code_of_few_different_torques_is_read(tmp_path: Path) -> None:
+    """Two torques by turns tell no polynomial of second degree."""
+    rows = [(60, 264.0, 0.154), (60, 192.0, 0.103)] * 12
+    assert len(read(tmp_path, text(HEAD, rows)).points) == len(rows)
