@@ -64,9 +64,10 @@ def due_stages(
 
 def remove_results(vehicle: VehicleFolder, out: Path, due: Sequence[str]) -> None:
     """Remove results that are made anew, and what a stage left that was ended while it wrote."""
-    folder = out / "processed" / vehicle.name
-    assets = (out / "reports" / "assets").glob(".*.part") if "vehicle_page" in due else ()
-    for left in (*folder.glob(".*.part"), *assets):
+    folder, reports = out / "processed" / vehicle.name, out / "reports"
+    own = (*folder.rglob(".*.part"), *(reports / vehicle.name).rglob(".*.part"))
+    shared = (*reports.glob(".*.part"), *(reports / "assets").glob(".*.part"))
+    for left in (*own, *shared):
         if left.is_file():
             left.unlink(missing_ok=True)
     for left in folder.glob(".firmware.*"):

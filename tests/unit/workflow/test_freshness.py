@@ -77,7 +77,15 @@ def test_what_is_lost_is_due_and_code_counts(place: Path) -> None:
 
 
 def test_what_is_removed_is_what_is_due(place: Path) -> None:
-    (place / "processed/boat/.static.json.x.part").touch()
+    pieces = [
+        place / "processed/boat/.static.json.x.part",
+        place / "reports/.index.html.7.part",
+        place / "reports/boat/runs/.a.html.7.part",
+    ]
+    for piece in pieces:
+        piece.parent.mkdir(parents=True, exist_ok=True)
+        piece.touch()
     remove_results(BOAT, place, ("static",))
+    assert not any(piece.exists() for piece in pieces)
     left = {path.name for path in (place / "processed/boat").iterdir()}
     assert left == {f"{stage}.json" for stage in LOOKED_AT - {"static"}}
