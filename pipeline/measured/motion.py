@@ -12,6 +12,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Readings that a smoothed value and its slope are made of, and the least time they span. [s]
 _READINGS, _LEAST_S = 5, 0.3
+#: Times that an attitude wanders in over which its drift from the rates is a straight line.
+_WANDER_TIMES = 3.0
 _STATE = 13
 
 
@@ -63,9 +65,10 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         )
     period = run.period_s
     state, nu_dot = np.zeros((run.time_s.size, _STATE)), np.zeros((run.time_s.size, 6))
-    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
-    state[:, 3:7] = attitude
     turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])
+    if sensors and sensors.imu and sensors.imu.attitude_wander_rad:
+        turn = _steadied(turn, rates, period, _WANDER_TIMES * sensors.imu.attitude_wander_s)
+    state[:, 3:7] = turn.as_quat()[:, [3, 0, 1, 2]]
     state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
     omega = state[:, 10:13]
     known = np.array([False, False, False, True, True, True])
@@ -91,6 +94,29 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if depth is not None:
         state[:, 2] = depth[:, 0]
     return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None)
+
+
+def _steadied(turn: Rotation, rates: FloatArray, period_s: float, window_s: float) -> Rotation:
+    """Follow the rates, and the attitude as far as it drifts from them in a straight line.
+
+    A vehicle that hardly rolls does not answer to what its attitude only seems to do, and would
+    pass for heavier. Rates drift from it by their bias, slowly.
+    """
+    # as in `lagging`
+    from scipy.signal import savgol_filter
+
+    between = 0.5 * (rates[1:] + rates[:-1]) * period_s
+    by_rates = Rotation.from_rotvec(np.concatenate([np.zeros((1, 3)), between])).as_quat()
+    back, count = 1, len(rates)
+    while back < count:  # products of all turns up to each row, in doubling steps
+        earlier = Rotation.from_quat(by_rates[:-back])
+        by_rates[back:] = (earlier * Rotation.from_quat(by_rates[back:])).as_quat()
+        back *= 2
+    followed = turn[0] * Rotation.from_quat(by_rates)
+    off = (turn * followed.inv()).as_rotvec()
+    window = min(2 * round(window_s / period_s / 2.0) + 1, 2 * ((count - 1) // 2) + 1)
+    drift = Rotation.from_rotvec(savgol_filter(off, window, min(1, window - 1), axis=0))
+    return drift * followed
 
 
 def channel_of(run: RunTable, quantity: str) -> FloatArray | None:

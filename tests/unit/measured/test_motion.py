@@ -1,0 +1,46 @@
+"""The motion that a run shows."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.measured.motion import _steadied
+from pipeline.types import FloatArray
+
+PERIOD_S = 0.05
+TIME_S = PERIOD_S * np.arange(2400)
+
+
+def turning() -> tuple[Rotation, FloatArray]:
+    """Roll, pitch and turn for two minutes; rates half a period later are those between rows."""
+    roll, pitch = 0.02 * np.sin(1.9 * TIME_S), 0.03 * np.sin(1.1 * TIME_S)
+    true = Rotation.from_euler("ZYX", np.stack([3.0 + 0.4 * TIME_S, pitch, roll], axis=1))
+    between = (true[:-1].inv() * true[1:]).as_rotvec() / PERIOD_S
+    rates = np.concatenate([between[:1], 0.5 * (between[1:] + between[:-1]), between[-1:]])
+    return true, rates
+
+
+def change_of_error(found: Rotation, true: Rotation) -> float:
+    """Standard deviation of how the error of roll and pitch changes within a second [rad]."""
+    off = (found * true.inv()).as_rotvec()[:, :2]
+    return float(np.std(np.diff(off[:: round(1.0 / PERIOD_S)], axis=0)))
+
+
+def test_a_wandering_attitude_is_steadied_by_the_rates() -> None:
+    true, rates = turning()
+    generator = np.random.default_rng(5)
+    wander = np.zeros((TIME_S.size, 3))
+    keep = np.exp(-PERIOD_S / 20.0)
+    for row in range(1, TIME_S.size):
+        step = np.sqrt(1.0 - keep**2) * 5e-3 * generator.standard_normal(3)
+        wander[row] = keep * wander[row - 1] + step
+    read = Rotation.from_rotvec(wander) * true
+    bias = np.array([6e-4, -6e-4, 3e-4])
+    noise = 1.2e-3 * generator.standard_normal(rates.shape)
+    steady = _steadied(read, rates + bias + noise, PERIOD_S, 60.0)
+    assert change_of_error(steady, true) < 0.4 * change_of_error(read, true)
+
+
+def test_an_attitude_that_does_not_wander_stays() -> None:
+    true, rates = turning()
+    steady = _steadied(true, rates, PERIOD_S, 60.0)
+    assert np.abs((steady * true.inv()).as_rotvec()).max() < 5e-4
