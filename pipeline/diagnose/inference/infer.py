@@ -102,7 +102,7 @@ def infer(
     near = approach(rough, lead, prior, every_level, healthy_known=known_well)
     found, first = around(near)
     own, top = at_own_points(found, first, _ELSEWHERE)
-    for further in (_ELSEWHERE, np.inf):
+    for further in (_ELSEWHERE, _ELSEWHERE, np.inf):
         there = own.seen_from(top)
         here = found.model.point.departures
         if there is None or float(np.abs(there[0] - here).max()) <= _ELSEWHERE:

@@ -67,15 +67,15 @@ def test_all_is_judged_around_the_own_point_of_the_first_answer(
         assert len(seen) == 1
 
 
-def test_the_own_point_is_gone_to_once_more_where_it_lies_elsewhere_again(
+def test_the_own_point_is_gone_to_twice_more_where_it_lies_elsewhere_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A current over the hull's depth of travel: the second point was half of the way to it."""
-    found, seen, own_points = judged_from(monkeypatch, 0.4, times=3)
+    found, seen, own_points = judged_from(monkeypatch, 0.4, times=4)
     assert found.verdict.effects == ("residual_buoyancy",)
     # and not for ever
-    assert len(seen) == 3
-    assert seen[2] == pytest.approx(own_points[1])
+    assert len(seen) == 4
+    assert seen[3] == pytest.approx(own_points[2])
 
 
 def test_what_was_judged_first_stands_where_nothing_can_fly_from_the_own_point(
