@@ -66,13 +66,12 @@ class Family:
             return tuple(tuple(row.tolist()) for row in values)
 
         curves = list(zip(self.curves, self.half95_n, strict=True))
-        thrust = [np.where(code > c.code[0], c.thrust(code), 0.0) for c, _ in curves]
         return SignedFamily(
             sign=self.sign,
             basis=self.basis,
             speed_mps=tuple(self.speed_mps.tolist()),
             code=tuple(code.tolist()),
-            thrust_n=rows(thrust),
+            thrust_n=rows([c.thrust(code) for c, _ in curves]),
             half95_n=rows([np.interp(code, c.code, half) for c, half in curves]),
         )
 

@@ -132,7 +132,7 @@ def _thrust(curve: ThrustCurve, code: FloatArray) -> FloatArray:
     """Thrust at codes, on with the last slope beyond the last of them."""
     last = curve.code[-1]
     beyond = np.maximum(code - last, 0.0) * curve.slope(last)
-    return np.asarray(np.where(code > curve.code[0], curve.thrust(code), 0.0) + beyond)
+    return np.asarray(curve.thrust(code) + beyond)
 
 
 def _with(

@@ -87,7 +87,7 @@ def between95(found: dict[float, Signs]) -> list[tuple[FloatArray, FloatArray]]:
     gaps: list[tuple[FloatArray, FloatArray]] = []
     for low, high in pairwise(range(len(known))):
         ahead, reverse = (
-            0.5 * np.abs(_thrust(b, code) - _thrust(a, code))
+            0.5 * np.abs(b.thrust(code) - a.thrust(code))
             for a, b in zip(rest[low], rest[high], strict=True)
         )
         gaps.append((ahead, reverse))
@@ -97,7 +97,7 @@ def between95(found: dict[float, Signs]) -> list[tuple[FloatArray, FloatArray]]:
             share = (known[k] - known[k - 1]) / (known[k + 1] - known[k - 1])
             for side in (0, 1):
                 told = _mixed_curve(rest[k - 1][side], rest[k + 1][side], share)
-                misses[side].append(_thrust(told, code) - _thrust(rest[k][side], code))
+                misses[side].append(told.thrust(code) - rest[k][side].thrust(code))
         ahead, reverse = (2.0 * np.sqrt(np.mean(np.square(rows), axis=0)) for rows in misses)
         gaps = [(ahead, reverse)] * len(gaps)
     return [*gaps, gaps[-1]]
@@ -143,10 +143,6 @@ def codes_of(found: dict[float, Signs]) -> FloatArray:
     """Codes at which the rows of every voltage are tabulated."""
     last = max(float(one.curves[0].code[-1]) for signs in found.values() for one in signs)
     return np.linspace(0.0, last, MOORED_CODES)
-
-
-def _thrust(curve: ThrustCurve, code: FloatArray) -> FloatArray:
-    return np.where(code > curve.code[0], curve.thrust(code), 0.0)
 
 
 def _mixed_curve(low: ThrustCurve, high: ThrustCurve, share: float) -> ThrustCurve:
