@@ -16,13 +16,13 @@ from matplotlib.figure import Figure
 from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import read_envelope
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.types import FloatArray
 from pipeline.validate import plan
 from pipeline.validate.closed_loop import ClosedLoop
 from pipeline.validate.flight import Course, Flight, fly_course
-from pipeline.validate.steady_tables import configuration
 from pipeline.vehicle.schema import Vehicle
 
 WEAK, SHARE = "upper", 0.69
@@ -57,7 +57,7 @@ def fly_all(
     right = ClosedLoop.of(
         corrected(vehicle), pack_vehicle(corrected(vehicle), bench), inverse, None
     )
-    matrix = configuration(sound.packed)
+    matrix = levers(sound.packed)
     course = Course(
         SPEED_MPS, DURATION_S, plan.disturbance(sound.amplitude), roll_rad=sound.roll_rad
     )

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from pipeline.control.bounded_allocation import configuration
 from pipeline.types import FloatArray
 
 
@@ -34,7 +35,7 @@ class GeneralAllocator:
 
     def configuration(self) -> FloatArray:
         """B (6, n): the wrench of one newton of each thruster."""
-        return np.concatenate([self.direction.T, np.cross(self.position_m, self.direction).T])
+        return configuration(self.position_m, self.direction)
 
     @cached_property
     def thrust_of_wrench(self) -> FloatArray:

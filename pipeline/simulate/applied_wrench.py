@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.control.bounded_allocation import configuration
 from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_demand import demand_along
@@ -105,7 +106,7 @@ def levers(packed: PackedVehicle) -> FloatArray:
     count = len(packed.thruster_names)
     direction = read(packed.vector, "thruster_direction")[:count]
     place = read(packed.vector, "thruster_position")[:count]
-    return np.concatenate([direction, np.cross(place, direction)], axis=1).T
+    return configuration(place, direction)
 
 
 def hull_wrench(packed: PackedVehicle, attitude: FloatArray, nu_relative: FloatArray) -> FloatArray:

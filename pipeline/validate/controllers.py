@@ -20,6 +20,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.export.fixed_point import FixedTables, fixed_tables
 from pipeline.export.grid_check import check_characteristic
 from pipeline.records.fits import InverseCharacteristic
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
@@ -27,7 +28,6 @@ from pipeline.validate.flight import Decide
 from pipeline.validate.inverses import FixedPoint, Remembered
 from pipeline.validate.plan import SURGE_PORTIONS
 from pipeline.validate.steady_tables import (
-    configuration,
     inflow_speed,
     settled_thrust,
     thrust_limits,
@@ -89,7 +89,7 @@ class GeneralDecide:
 def general_controllers(packed: PackedVehicle) -> Controllers:
     """Return the general allocator at rest and compensated; any arrangement of thrusters."""
     base, gives = general_allocator(packed), thrust_limits(packed, 0.0) > 0.0
-    matrix = configuration(packed)
+    matrix = levers(packed)
     shared = base.thrust_of_wrench
     out_of_reach = np.abs(matrix @ shared - np.eye(6)).max(axis=0) > 1e-6
     return Controllers(

@@ -8,12 +8,13 @@ import numpy as np
 
 from pipeline.control.autopilot import Autopilot, Setpoint
 from pipeline.physics.parameters import read
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.fly import CONTROL_PERIOD_S, motion_of, usual_step_s
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.types import BoolArray, FloatArray
-from pipeline.validate.steady_tables import configuration, inflow_speed
+from pipeline.validate.steady_tables import inflow_speed
 
 #: Depth that is kept, far from the surface. [m]
 DEPTH_M = 10.0
@@ -181,7 +182,7 @@ def effective_codes(packed: PackedVehicle, flight: Flight) -> FloatArray:
 
 def wrench_of(packed: PackedVehicle, thrust_n: FloatArray) -> FloatArray:
     """Surge, heave, pitch and yaw (k, 4) of thrusts (k, n). [N], [N m]."""
-    return np.asarray((thrust_n @ configuration(packed).T)[:, AXIS_ROWS])
+    return np.asarray((thrust_n @ levers(packed).T)[:, AXIS_ROWS])
 
 
 #: Rows of a wrench that `AXES` of the record names.

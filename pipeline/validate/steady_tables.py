@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.physics.parameters import read, write
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
@@ -23,18 +24,10 @@ def calm_vehicle(packed: PackedVehicle) -> PackedVehicle:
     return replace(packed, vector=vector)
 
 
-def configuration(packed: PackedVehicle) -> FloatArray:
-    """Wrench per newton of each thruster, (6, n)."""
-    count = len(packed.thruster_names)
-    direction = read(packed.vector, "thruster_direction")[:count]
-    position = read(packed.vector, "thruster_position")[:count]
-    return np.concatenate([direction.T, np.cross(position, direction).T])
-
-
 def inflow_speed(packed: PackedVehicle, nu: FloatArray) -> FloatArray:
     """Speed of the water along each thruster, (k, n), for velocities (k, 6) through the water."""
     # the velocity of a point along a direction is the wrench's transpose: d.(v + w x r)
-    return np.asarray(nu @ configuration(packed))
+    return np.asarray(nu @ levers(packed))
 
 
 def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
 from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import InverseCharacteristic
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.validate.closed_loop import ClosedLoop
@@ -22,7 +23,6 @@ from pipeline.validate.plan import axis_range
 from pipeline.validate.steady_tables import (
     Grid,
     calm_vehicle,
-    configuration,
     inflow_speed,
     settled_thrust,
     thrust_limits,
@@ -110,7 +110,7 @@ def test_limits_have_a_value_for_each_sign_and_surge_takes_the_one_ahead(reposit
 
 def test_shares_of_the_paper_give_each_axis_alone(field: ClosedLoop) -> None:
     axes = (0, 2, 4, 5)
-    wrench = configuration(field.packed) @ field.controllers.thrust_of_wrench[:, axes]
+    wrench = levers(field.packed) @ field.controllers.thrust_of_wrench[:, axes]
     assert wrench[list(axes)] == pytest.approx(np.eye(4), abs=1e-5)
 
 
