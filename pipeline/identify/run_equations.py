@@ -50,28 +50,22 @@ class FittedRun:
             soft[own] = np.maximum(soft[own], wider.get(rows.channel.quantity, 1.0))
         weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
         reduced, back = reduce_windows(self.problem, found, self.point, weights)
-        size, count = len(reduced.information), self.problem.size
+        count = self.problem.size
         whole = reduced.information.copy()
         whole[count:, count:] += reduced.prior[count:, count:]
         score = reduced.gradient.copy()
         score[count:] -= reduced.prior[count:, count:] @ self.point.shared
         taken = np.linalg.solve(whole[count:, count:], whole[count:, :count])
         offset = np.linalg.solve(whole[count:, count:], score[count:])
-        windows, scores = np.zeros((len(reduced.pieces), size, size)), []
-        for number, piece in enumerate(reduced.pieces):
-            windows[number][np.ix_(piece.index, piece.index)] = piece.information
-            full = np.zeros(size)
-            full[piece.index] = piece.score
-            scores.append(full)
         # x moves, and the offsets follow: (x, s) = follow x + aside
         follow = np.vstack([np.eye(count), -taken])
         aside = np.concatenate([np.zeros(count), offset])
-        own_scores = np.array(scores) - np.einsum("wij,j->wi", windows, aside)
+        ways = [(piece, follow[piece.index], aside[piece.index]) for piece in reduced.pieces]
         return RunEquations(
             whole[:count, :count] - whole[:count, count:] @ taken,
             score[:count] - whole[:count, count:] @ offset,
-            np.einsum("ia,wij,jb->wab", follow, windows, follow),
-            own_scores @ follow,
+            np.array([way.T @ one.information @ way for one, way, _ in ways]),
+            np.array([(one.score - one.information @ rest) @ way for one, way, rest in ways]),
             follow,
             aside,
             back,
@@ -81,16 +75,13 @@ class FittedRun:
         """Move offsets and starts with a step of the run's parameters."""
         count = self.problem.size
         whole = equations.follow @ step + equations.aside
-        columns = self.problem.shared.index + count
-        x = np.arange(count)
-        moves = np.array(
-            [
-                first - second @ whole[np.concatenate([x, index])]
-                for index, (first, second) in zip(columns, equations.back, strict=True)
-            ]
-        )
+        x, columns = np.arange(count), self.problem.shared.index + count
+        moves = [
+            first - second @ whole[np.concatenate([x, index])]
+            for index, (first, second) in zip(columns, equations.back, strict=True)
+        ]
         self.point = FitPoint(
             self.point.steps,
             self.point.shared + share * whole[count:],
-            self.point.starts + share * moves,
+            self.point.starts + share * np.array(moves),
         )
