@@ -26,23 +26,6 @@ RANGE_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
-class BlackBoxForecast:
-    """Predicted channels on a time grid: quantity -> (k, c)."""
-
-    time_s: FloatArray
-    values: dict[str, FloatArray]
-
-    def at(self, quantity: str, time_s: FloatArray) -> FloatArray:
-        """Values at times (m,), interpolated; attitude as a unit quaternion."""
-        found = np.stack(
-            [np.interp(time_s, self.time_s, column) for column in self.values[quantity].T], axis=1
-        )
-        if quantity == "attitude":
-            found /= np.linalg.norm(found, axis=1)[:, None]
-        return np.asarray(found)
-
-
-@dataclass(frozen=True)
 class BlackBox:
     """The fitted model; `quantities` name what s is made of, in order."""
 
@@ -53,10 +36,13 @@ class BlackBox:
     low: FloatArray
     high: FloatArray
 
-    def predict(self, run: RunTable, from_s: float, to_s: float) -> BlackBoxForecast | None:
+    def predict(
+        self, run: RunTable, from_s: float, to_s: float
+    ) -> tuple[FloatArray, dict[str, FloatArray]] | None:
         """Run the model freely over a stretch of a run, from the two samples before it.
 
-        None where a channel of the model has no valid sample near the start.
+        Times (k,) and the channels there (k, c); None where a channel of the model has no valid
+        sample near the start.
         """
         time_s = np.arange(from_s - PERIOD_S, to_s + PERIOD_S, PERIOD_S)
         sampled = _samples(run, time_s[:2], self.quantities)
@@ -69,7 +55,7 @@ class BlackBox:
             x = np.concatenate([s[k, :-1], s[k - 1, :-1], drive[k], [1.0]])
             s[k + 1] = s[k] + x @ self.coefficients
             s[k + 1, :-1] = np.clip(s[k + 1, :-1], self.low, self.high)
-        return BlackBoxForecast(time_s, self._channels(s, drive))
+        return time_s, self._channels(s, drive)
 
     def _channels(self, s: FloatArray, drive: FloatArray) -> dict[str, FloatArray]:
         values, column, roll_pitch = {}, 0, None

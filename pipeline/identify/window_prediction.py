@@ -217,11 +217,15 @@ def _black_box_errors(
     for number, w in enumerate(stack.windows):
         end_s = w.begin_s + w.duration_s
         forecast = box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, end_s)
+        if forecast is None:
+            continue
         for rows, predicted in zip(stack.rows, found, strict=True):
-            quantity, own = rows.channel.quantity, rows.window == number
-            if forecast is not None and quantity in forecast.values:
+            own, columns = rows.window == number, forecast[1].get(rows.channel.quantity)
+            if columns is not None:
+                # an attitude that is interpolated is none of length one, and need not be
                 time_s = w.begin_s + stack.into_s(rows)[own]
-                predicted[own] = forecast.at(quantity, time_s)
+                at = [np.interp(time_s, forecast[0], column) for column in columns.T]
+                predicted[own] = np.stack(at, axis=1)
     return [
         _difference(rows.channel.quantity, rows.measured, predicted)
         for rows, predicted in zip(stack.rows, found, strict=True)
