@@ -1,10 +1,11 @@
 # make        set up, then raw/ -> processed/ and reports/; ends by naming the report
+# make setup  what `make` and the tests need into .venv
 # make test   set up, then all tests but the slow ones (under 8 minutes on two cores)
 # make test-all  the same with the slow ones
 # make quick  set up, then the tests that need no simulation and no diagnosis (a minute or so)
 # make coverage  the same, and fails where the tests run less than 85 % of the lines
 # make check  linters, types, import rules
-# make lock   write requirements.lock anew from pyproject.toml
+# make lock   write requirements.lock and requirements-dev.lock anew from pyproject.toml
 # make cross  install the cross-compiler and the emulator of the firmware tests (Debian, Ubuntu)
 # make reference  write the generated pages (keys, columns, topics, commands, rooms) into docs/reference/
 # make drawing  draw the import contract of pyproject.toml into docs/architecture.md
@@ -24,26 +25,31 @@ unexport PYTHONDONTWRITEBYTECODE
 
 VENV ?= .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.set-up
+RUN_STAMP := $(VENV)/.set-up
+STAMP := $(VENV)/.set-up-to-develop
 FIND_PYTHON := for p in python3.11 python3 python3.12 python3.13 python; do \
 	"$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 \
 	&& { echo "$$p"; break; }; done || true
 PYTHON ?= $(shell $(FIND_PYTHON))
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-# What pip would compile, one file after the other, is mostly of use to no run; the rest is compiled
-# where it is first imported.
-NO_RUN_IMPORTS := /tests?/|/pymavlink/dialects/|/plotly/|/site-packages/(pip|mypyc?|pygments|fontTools|docutils|setuptools|pkg_resources|_pytest|hypothesis|hatchling|rich|markdown_it|openpyxl|git|nbformat|importlinter|grimp|pyarrow|lxml|google)/
+INSTALL := $(BIN)/python .ci/install_packages.py --no-deps
+# What is compiled at set-up is what a run imports; the rest is compiled where it is first imported.
+NO_RUN_IMPORTS := /(tests?|testsuite|testing)/|/site-packages/(pip|setuptools|pkg_resources|pymavlink|plotly|fontTools|docutils|hatchling|openpyxl|git|nbformat|lxml|google|apsw|pygments|pydantic/v1|numba/cuda|numpy/(distutils|f2py)|sqlalchemy/(dialects|ext)|statsmodels/(tsa|genmod|discrete|sandbox|graphics|multivariate|nonparametric|imputation|datasets|miscmodels|duration|gam|treatment|stats)|scipy/(io|datasets|_external))/
 TESTS ?=
 MINUTES ?= 10
 
 .PHONY: run setup test test-all quick coverage check lock cross reference drawing cluster wheel-test fuzz faults bundled benchmark clean
 
-run: setup
+run: $(RUN_STAMP)
 	@$(BIN)/rig2sea run
 
 setup: $(STAMP)
 
-$(STAMP): requirements.lock pyproject.toml
+$(STAMP): $(RUN_STAMP) requirements-dev.lock
+	@echo "Installing the packages of requirements-dev.lock ..."
+	@$(INSTALL) --require-hashes --requirement requirements-dev.lock
+	@touch $@
+
+$(RUN_STAMP): requirements.lock pyproject.toml .ci/install_packages.py
 	@if [ -z "$(PYTHON)" ]; then \
 	  echo "rig2sea needs Python 3.11 or newer; none was found ($$(python3 --version 2>&1 || true))." >&2; \
 	  echo "Install it (Debian, Ubuntu: apt install python3.11 python3.11-venv), or name one: make PYTHON=/path/to/python3.11" >&2; \
@@ -54,9 +60,9 @@ $(STAMP): requirements.lock pyproject.toml
 	    echo "The environment could not be made. On Debian and Ubuntu the venv module is a package of its own: apt install python3-venv" >&2; \
 	    exit 1; }; fi
 	@echo "Installing the packages of requirements.lock ..."
-	@$(PIP) install --no-compile --require-hashes --no-deps --requirement requirements.lock
-	@$(BIN)/python -m compileall -qq -j 0 -x '$(NO_RUN_IMPORTS)' $(VENV)/lib || true
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@$(INSTALL) --require-hashes --requirement requirements.lock
+	@$(BIN)/python -m compileall -qq -j 0 -x '$(NO_RUN_IMPORTS)' $(VENV)/lib pipeline || true
+	@$(INSTALL) --no-build-isolation --editable .
 	@touch $@
 
 test: setup
@@ -79,12 +85,16 @@ check: setup
 	$(BIN)/lint-imports
 	$(BIN)/snakefmt --check Snakefile pipeline/rules
 
+# One resolution of everything; then what a run needs in one file, what is left in the other.
+COMPILE := $(BIN)/uv pip compile --quiet --python-version 3.11 --generate-hashes \
+	--no-emit-index-url --no-emit-find-links --no-header --no-annotate pyproject.toml
 lock: setup
-	$(BIN)/uv pip compile --quiet --upgrade --python-version 3.11 --generate-hashes \
-	  --no-emit-index-url --no-emit-find-links --no-header --no-annotate \
-	  --extra dev --extra cluster pyproject.toml -o requirements.lock
-	@if grep -nE '://|^[[:space:]]*--(index|extra-index|find-links|trusted)' requirements.lock; then \
-	  echo "requirements.lock names a registry; it must hold names, versions and hashes alone." >&2; \
+	$(COMPILE) --upgrade --extra setup --extra cluster --extra dev -o $(VENV)/all.lock
+	$(COMPILE) --upgrade --constraint $(VENV)/all.lock --extra setup --extra cluster -o requirements.lock
+	$(COMPILE) --upgrade --constraint $(VENV)/all.lock --extra dev \
+	  $$(sed -nE 's/^([A-Za-z0-9._-]+)==.*/--no-emit-package \1/p' requirements.lock) -o requirements-dev.lock
+	@if grep -nE '://|^[[:space:]]*--(index|extra-index|find-links|trusted)' requirements.lock requirements-dev.lock; then \
+	  echo "A lock file names a registry; it must hold names, versions and hashes alone." >&2; \
 	  exit 1; fi
 
 cross:
