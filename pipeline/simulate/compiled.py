@@ -12,16 +12,16 @@ import os
 import platform
 import re
 import shutil
-import stat
-import sys
-import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pipeline.code_cache import kept_in
+import numba
+import numpy as np
+
+from pipeline.code_cache import cache_root, kept_in
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -36,13 +36,7 @@ KEPT_SECONDS = 86400.0
 
 
 def kernel_sources(package: Path = _PACKAGE) -> tuple[Path, ...]:
-    """Files whose text the kernel is made of: ``simulate/kernel*.py`` and all that they import.
-
-    Parameters
-    ----------
-    package : Path
-        Folder of the package.
-    """
+    """Files whose text the kernel is made of: ``simulate/kernel*.py`` and all that they import."""
     found: dict[Path, None] = {}
     waiting = [package / "simulate" / "compiled.py", *(package / "simulate").glob("kernel*.py")]
     while waiting:
@@ -62,9 +56,6 @@ def kernel_sources(package: Path = _PACKAGE) -> tuple[Path, ...]:
 
 def kernel_digest(package: Path = _PACKAGE) -> str:
     """Digest of the kernel's sources and of what compiles them, 16 hexadecimal digits."""
-    import numba
-    import numpy as np
-
     digest = hashlib.sha256()
     for version in (platform.python_version(), np.__version__, numba.__version__):
         digest.update(f"{version}\n".encode())
@@ -72,47 +63,6 @@ def kernel_digest(package: Path = _PACKAGE) -> str:
         digest.update(f"{path.relative_to(package).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]
-
-
-def cache_root() -> Path:
-    """Folder of all caches: ``RIG2SEA_CACHE``, else one in the user's cache folder.
-
-    Where nothing can be written there, a folder among the temporary files takes its place, and a
-    line on standard error says so.
-    """
-    base = os.environ.get("RIG2SEA_CACHE")
-    try:
-        root = (
-            Path(base)
-            if base
-            else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rig2sea"
-        )
-        root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=root):
-            return root
-    except (OSError, RuntimeError) as error:  # RuntimeError: there is no home
-        root = _temporary_root()
-        print(
-            f"note: compiled code cannot be kept in the cache folder ({error}); it is kept in "
-            f"{root}. Set RIG2SEA_CACHE to a folder that can be written.",
-            file=sys.stderr,
-        )
-        return root
-
-
-def _temporary_root() -> Path:
-    """Return a folder of ours alone among the temporary files: code is loaded from it."""
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    root = Path(tempfile.gettempdir()) / f"rig2sea-{user}"
-    try:
-        root.mkdir(mode=0o700, exist_ok=True)
-        state = root.lstat()
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="rig2sea-"))
-    ours = stat.S_ISDIR(state.st_mode) and (not hasattr(os, "getuid") or state.st_uid == user)
-    if ours and (os.name == "nt" or not state.st_mode & 0o022):
-        return root
-    return Path(tempfile.mkdtemp(prefix="rig2sea-"))
 
 
 def prune(root: Path, now_s: float) -> list[Path]:
@@ -124,10 +74,8 @@ def prune(root: Path, now_s: float) -> list[Path]:
     caches = []
     for path in root.glob("kernel-*"):
         if re.fullmatch(r"kernel-[0-9a-f]{16}", path.name) and not path.is_symlink():
-            try:
+            with contextlib.suppress(OSError):  # another process was faster
                 caches.append((path.stat().st_mtime, path))
-            except OSError:
-                continue  # another process was faster
     caches.sort(reverse=True)
     old = [path for used_s, path in caches[KEPT_CACHES:] if now_s - used_s > KEPT_SECONDS]
     for path in old:
@@ -149,14 +97,12 @@ def cache_folder() -> Path:
     return folder
 
 
-@cache
-def _known_sources() -> frozenset[Path]:
-    return frozenset(kernel_sources())
+_KNOWN_SOURCES = frozenset(kernel_sources())
 
 
 def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (numba's settings)
     source = Path(function.__code__.co_filename).resolve()
-    if source not in _known_sources():
+    if source not in _KNOWN_SOURCES:
         raise RuntimeError(
             f"{source} is compiled but not among the kernel's sources, so its changes would go "
             "unnoticed: name the file kernel_*.py, or import it in one"

@@ -2,15 +2,18 @@
 
 import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pipeline.code_cache import kept_in
+from pipeline import code_cache
+from pipeline.code_cache import cache_root, kept_in
 from pipeline.simulate import compiled
-from pipeline.simulate.compiled import cache_root, kernel_digest, kernel_sources, prune
+from pipeline.simulate.compiled import kernel_digest, kernel_sources, prune
 
 PACKAGE = Path(compiled.__file__).parent.parent
 SOURCES = [path.relative_to(PACKAGE).as_posix() for path in kernel_sources()]
@@ -161,7 +164,7 @@ def test_a_temporary_folder_that_others_can_write_is_not_trusted(
     planted = tmp_path / f"rig2sea-{os.getuid()}"
     planted.mkdir()
     planted.chmod(0o777)
-    root = compiled._temporary_root()
+    root = code_cache._temporary_root()
     assert root != planted
     assert root.is_relative_to(tmp_path)
 
@@ -181,3 +184,40 @@ def test_another_copy_of_the_same_sources_uses_the_kept_code(tmp_path: Path) -> 
     assert compiled_copy("two/simulate", text, "digest-1") == (4.0, 1)
     other = text.replace("2.0", "3.0")
     assert compiled_copy("three/simulate", other, "digest-2") == (6.0, 0)
+
+
+def test_one_process_compiles_and_the_others_wait_for_it(tmp_path: Path) -> None:
+    (tmp_path / "kernel_slow.py").write_text(
+        "import os, sys\n"
+        "from pathlib import Path\n"
+        "from pipeline.code_cache import kept_in\n"
+        "def total(x):\n    found = 0.0\n    for one in x:\n        found += one\n"
+        "    return found\n"
+        "def mean(x):\n    return total(x) / len(x)\n"
+        "total = kept_in(Path('code'), total)\nmean = kept_in(Path('code'), mean)\n"
+        "assert mean((1.0, 3.0)) == 2.0\n"
+        "print(sum(mean.stats.cache_hits.values()))\n",
+        encoding="utf-8",
+    )
+    command = [sys.executable, "kernel_slow.py"]
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    processes = [
+        subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    hits = sorted(process.communicate(timeout=120)[0].strip() for process in processes)
+    assert hits == ["0", "1", "1"]
+
+
+def test_who_waits_too_long_compiles_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(code_cache, "_LOOKS", 2)
+    path = tmp_path / "small.lock"
+    held = code_cache._locked(path)
+    assert held is not None
+    assert code_cache._locked(path) is None
+    held.close()
+    again = code_cache._locked(path)
+    assert again is not None
+    again.close()
