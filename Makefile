@@ -61,8 +61,9 @@ $(RUN_STAMP): requirements.lock pyproject.toml .ci/install_packages.py
 	    exit 1; }; fi
 	@echo "Installing the packages of requirements.lock ..."
 	@$(INSTALL) --require-hashes --requirement requirements.lock
-	@$(BIN)/python -m compileall -qq -j 0 -x '$(NO_RUN_IMPORTS)' $(VENV)/lib pipeline || true
 	@$(INSTALL) --no-build-isolation --editable .
+	@$(BIN)/python -m evaluation.compile_kernels >/dev/null 2>&1 </dev/null &
+	@$(BIN)/python -m compileall -qq -j 0 -x '$(NO_RUN_IMPORTS)' $(VENV)/lib || true
 	@touch $@
 
 test: setup
