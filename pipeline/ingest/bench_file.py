@@ -9,8 +9,10 @@ from pipeline.ingest.archive import with_one_cause
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import Sheet, is_number, shorten
-from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.header_rows import Wanted
+from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
+from pipeline.ingest.stated_columns import choose_sheets
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.vehicle.forms import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
@@ -128,7 +130,6 @@ def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
 
 
 def _instead(sheet: Sheet) -> str:
-    """Say what a sheet without a table holds."""
     if names := names_seen(sheet):
         return names
     numbers = sum(is_number(cell) for cells in sheet.rows for cell in cells)

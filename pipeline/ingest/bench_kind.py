@@ -9,7 +9,7 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile, SheetReader, read_bench_file, source_name
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block, BlockColumn
-from pipeline.ingest.headers import Wanted
+from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.repeats import Repeats, without_copies
 from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts, words_apart

@@ -64,8 +64,11 @@ def read_columns(
         )
         times = _unclear_factor(column, words, stated)
         if times is not None:
-            place = sheet.place(rows.names)
-            problems.append(_factor_problem(column, place, wanted, times, group.keys()))
+            why = f'"{times}" in the name may multiply the numbers or divide them'
+            expected = "numbers in the unit that the name states."
+            remedy, place = "Write the numbers without a factor", sheet.place(rows.names)
+            others = group.keys() - {quantity}
+            problems.append(_refused(column, place, wanted, why, others, expected, remedy))
             continue
         try:
             columns[quantity] = _with_unit(
@@ -142,16 +145,14 @@ def _contradiction(
     written += [(at, unit, "the number format of its cells") for unit, at in shown]
     for at, unit, by in written:
         if not unit_fits(unit, words) or factor(unit, kind) != column.factor:
-            severity, left_out = _loss(column, wanted, there - {column.quantity})
-            return Problem(
-                severity,
-                sheet.place(at, column.letter),
-                f'{column.quantity.replace("_", " ")} "{shorten(column.header)}" states '
-                f"{column.unit}, {by} {unit}. So {left_out}.",
+            return _refused(
+                column,
+                sheet.place(at),
+                wanted,
+                f"it states {column.unit}, {by} {unit}",
+                there - {column.quantity},
                 "one unit.",
-                "Correct what is wrong of both, or state the unit in vehicle.yaml:\n  columns:\n"
-                f"    {wanted.kind}:\n      {column.quantity}: "
-                f'{{header: "{shorten(column.header)}", unit: ...}}',
+                "Correct what is wrong of both",
             )
     return None
 
@@ -164,23 +165,6 @@ def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) ->
     if told or column.quantity == "torque_coefficient_x10" or words.unit_kind == "ratio":
         return None
     return factor_in_name(column.header, column.quantity)
-
-
-def _factor_problem(
-    column: BlockColumn, place: Place, wanted: Wanted, times: str, there: AbstractSet[str]
-) -> Problem:
-    severity, left_out = _loss(column, wanted, there - {column.quantity})
-    return Problem(
-        severity,
-        replace(place, column=column.letter),
-        f'{column.quantity.replace("_", " ")} "{shorten(column.header)}": "{times}" in the name '
-        f"may multiply the numbers or divide them. So {left_out}.",
-        "numbers in the unit that the name states.",
-        "Write the numbers without a factor, or state header and unit in vehicle.yaml under "
-        f"columns: {wanted.kind}: {column.quantity}."
-        if _can_be_stated(column.quantity, wanted)
-        else "Write the numbers without a factor.",
-    )
 
 
 def _loss(
@@ -282,29 +266,33 @@ def unit_problem(
     `others` are the quantities that have columns: a column is needed where none of them can stand
     for it.
     """
-    severity, left_out = _loss(column, wanted, others)
-    name = column.quantity.replace("_", " ")
-    return Problem(
-        severity,
-        replace(place, column=column.letter),
-        f'{name} "{shorten(column.header)}": {why}. So {left_out}.',
-        f"the unit in the header{_example(wanted.vocabulary[column.quantity])}, or in the row "
-        "under it.",
-        "Write it there, or state it in vehicle.yaml:\n"
-        f"  columns:\n    {wanted.kind}:\n      {column.quantity}: "
-        f'{{header: "{shorten(column.header)}", unit: ...}}'
-        if _can_be_stated(column.quantity, wanted)
-        else "Write it there.",
+    example = (
+        known_units(kind)[:1] if (kind := wanted.vocabulary[column.quantity].unit_kind) else ()
     )
+    shown = "".join(f", e.g. [{one}]" for one in example)
+    expected = f"the unit in the header{shown}, or in the row under it."
+    return _refused(column, place, wanted, why, others, expected, "Write it there")
 
 
-def _can_be_stated(quantity: str, wanted: Wanted) -> bool:
-    """Tell whether vehicle.yaml has a key for a column; not for times and efficiencies."""
-    return quantity in type(getattr(Columns(), wanted.kind)).model_fields
-
-
-def _example(words: Words) -> str:
-    return "" if words.unit_kind is None else f", e.g. [{known_units(words.unit_kind)[0]}]"
+def _refused(  # noqa: PLR0917  one problem
+    column: BlockColumn,
+    place: Place,
+    wanted: Wanted,
+    why: str,
+    others: AbstractSet[str],
+    expected: str,
+    remedy: str,
+) -> Problem:
+    severity, left_out = _loss(column, wanted, others)
+    if column.quantity in type(getattr(Columns(), wanted.kind)).model_fields:
+        remedy = (
+            f"{remedy}, or state it in vehicle.yaml:\n  columns:\n    {wanted.kind}:\n"
+            f'      {column.quantity}: {{header: "{shorten(column.header)}", unit: ...}}'
+        )
+    else:
+        remedy = f"{remedy}."
+    what = f'{column.quantity.replace("_", " ")} "{shorten(column.header)}": {why}. So {left_out}.'
+    return Problem(severity, replace(place, column=column.letter), what, expected, remedy)
 
 
 def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:

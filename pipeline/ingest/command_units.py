@@ -147,13 +147,18 @@ def _with_pulse(
     return replace(guessed, unclear=unclear)
 
 
-def within_hundred(raw: FloatArray, code_max: int) -> str:
-    """Doubt codes that have fractions and stay within 100, of a drive that goes much further."""
+def doubt_of_codes(raw: FloatArray, code_max: int) -> str:
+    """Doubt codes that nobody stated: -1, 0 and 1 alone; fractions within 100 of many more."""
     values = raw[np.isfinite(raw)]
-    within = values.size > 0 and float(np.abs(values).max()) <= _PERCENT
-    if not within or code_max < 2.0 * _PERCENT or not (values % 1.0 != 0.0).any():
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest == 1.0:
+        return (
+            "they are -1, 0 and 1 alone and were taken for codes: next to no thrust. They look "
+            "like ratios, of thrusters that are only switched; state unit: ratio (or unit: code)"
+        )
+    if largest > _PERCENT or code_max < 2.0 * _PERCENT or not (values % 1.0 != 0.0).any():
         return ""
     return (
-        f"it has fractions and stays within 100, of codes to {code_max}: it may be per cent, and "
-        "is taken for codes"
+        f"they have fractions and stay within 100, of codes to {code_max}: they may be per cent, "
+        "and are taken for codes"
     )

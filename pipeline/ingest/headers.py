@@ -2,24 +2,17 @@
 
 import functools
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, headings
-from pipeline.ingest.cells import Sheet, are_spoilt, column_letter, is_number, is_text, shorten
+from pipeline.ingest.cells import Sheet, are_spoilt, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, header_rows, letter_of
-from pipeline.ingest.stated_columns import (
-    blocks_by_letter,
-    choose_sheets,
-    missing_columns,
-    rows_wanted,
-)
+from pipeline.ingest.stated_columns import blocks_by_letter, missing_columns, rows_wanted
 from pipeline.ingest.vocabulary import plain
-
-__all__ = ["BlockSearch", "Wanted", "choose_sheets", "find_blocks", "names_seen"]
 
 _HEADING_ROWS = 12
 """Rows above the names in which headings are looked for."""
@@ -101,6 +94,11 @@ def _blocks_of_header(
         return [], problems, row
     groups, wrong = _side_by_side(sheet, wanted, row, weighed.matches)
     problems += wrong
+    for match in weighed.matches if groups else ():
+        first = groups[0].get(match.quantity, match)
+        if all(match not in group.values() for group in groups):
+            why = f'{match.quantity.replace("_", " ")} is read from "{shorten(first.text)}"'
+            weighed.not_used.setdefault(match.index, why)
     blocks: list[Block] = []
     thrusters = told_apart([match for match in weighed.matches if match.quantity == "thrust"])
     last_of_all = row
@@ -188,55 +186,7 @@ def _side_by_side(
         return [], problems
     if not complete:
         complete = [_best(list(matches))]
-    problems += _passed_over(sheet, wanted, row, matches, complete)
-    if len(complete) < len(groups):
-        repeated = [
-            match
-            for part, group in zip(parts, groups, strict=True)
-            if group not in complete or len(complete) == 1
-            for match in part
-            if match not in complete[0].values()
-        ]
-        if repeated:
-            names = ", ".join(f'{column_letter(m.index)} "{shorten(m.text)}"' for m in repeated[:6])
-            problems.append(
-                sheet.place(row).note(
-                    f"column name repeated; the first column was read and not: {names}.",
-                    "one column a quantity, or whole tables side by side.",
-                    f"State the header of the right one in vehicle.yaml under columns: "
-                    f"{wanted.kind}.",
-                )
-            )
     return complete, problems
-
-
-def _passed_over(
-    sheet: Sheet,
-    wanted: Wanted,
-    row: int,
-    matches: Sequence[Match],
-    groups: Sequence[Mapping[str, Match]],
-) -> Iterator[Problem]:
-    """Name the columns that would have fitted a quantity as well as the one that is read."""
-    read = {match.index for group in groups for match in group.values()}
-
-    for first in groups[0].values():
-        name = _without(first.header.name, wanted.split_words)
-        equal = [
-            match
-            for match in matches
-            if (match.quantity, match.score) == (first.quantity, first.score)
-            and match.index not in read
-            and _without(match.header.name, wanted.split_words) != name
-        ]
-        if equal:
-            others = ", ".join(f'{column_letter(m.index)} "{shorten(m.text)}"' for m in equal[:6])
-            yield sheet.place(row, column_letter(first.index)).note(
-                f'{first.quantity.replace("_", " ")} is read from "{shorten(first.text)}" and '
-                f"not from: {others}.",
-                "one column a quantity.",
-                f"State the header of the right one in vehicle.yaml under columns: {wanted.kind}.",
-            )
 
 
 @functools.lru_cache(maxsize=4096)
@@ -307,7 +257,6 @@ def odd_letters(texts: Iterable[str]) -> str:
 
 
 def _read_as(text: str, encoding: str) -> str:
-    """Read the bytes of a text again."""
     try:
         return text.encode("cp1251").decode(encoding)
     except UnicodeError:

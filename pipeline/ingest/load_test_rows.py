@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading, RowWords, Step, Table
-from pipeline.ingest.blocks import Block, is_commented
+from pipeline.ingest.blocks import Block, HeadingCell, is_commented
 from pipeline.ingest.cells import Row, is_number, parse_number
 from pipeline.ingest.commands import percent_note
 from pipeline.ingest.load_test_words import (
@@ -117,16 +117,27 @@ def _is_heading(block: Block, cells: Row) -> bool:
 
 
 def _code_of_heading(block: Block, cells: Row) -> CodeText | None:
-    inside = cells[block.span[0] : block.span[1] + 1]
-    for index, cell in enumerate(inside):
-        if not isinstance(cell, str):
+    low, high = block.span
+    inside = enumerate(cells[low : high + 1], start=low)
+    return _code_in([HeadingCell(0, at, cell) for at, cell in inside if cell is not None])
+
+
+def _code_in(cells: Sequence[HeadingCell]) -> CodeText | None:
+    """Return the code that the last of these cells states, or announces for one beside or below."""
+    for position in range(len(cells) - 1, -1, -1):
+        cell = cells[position]
+        if not isinstance(cell.value, str):
             continue
-        code = code_in_text(cell)
+        code = code_in_text(cell.value)
         if code is not None:
             return code
-        following = inside[index + 1] if index + 1 < len(inside) else None
-        if is_code_label(cell) and is_number(following):
-            return CodeText(parse_number(following) or 0.0)
+        for other in cells[position + 1 :] if is_code_label(cell.value) else ():
+            if other.row > cell.row + 1:
+                break
+            beside = other.row == cell.row or other.column == cell.column
+            number = parse_number(other.value) if beside and is_number(other.value) else None
+            if number is not None:
+                return CodeText(number)
     return None
 
 
@@ -173,7 +184,7 @@ def _code_of(table: Table, path: Path) -> tuple[float | None, str]:
         return None, "pulse width column"
     name = block.sheet.name
     in_name = None if name is None else code_in_text(name, alone=True)
-    heading = _code_in_headings(block)
+    heading = _code_in(block.above)  # the nearest goes first
     if heading is not None:
         in_heading = _in_codes(table, heading)
         if in_name is not None and abs(in_name.in_codes(code_max)) != abs(in_heading):
@@ -214,24 +225,3 @@ def _with_sign(table: Table, code: CodeText) -> float:
     remedy = f'Write "code {code.value:g}" or "code = -{code.value:g}".'
     table.problems.append(table.place.note(what, "", remedy))
     return value
-
-
-def _code_in_headings(block: Block) -> CodeText | None:
-    """Return the code that the nearest heading above the table states."""
-    cells = block.above
-    for position in range(len(cells) - 1, -1, -1):
-        cell = cells[position]
-        if not isinstance(cell.value, str):
-            continue
-        code = code_in_text(cell.value)
-        if code is not None:
-            return code
-        if is_code_label(cell.value):
-            for other in cells[position + 1 :]:
-                if other.row > cell.row + 1:
-                    break
-                beside = other.row == cell.row or other.column == cell.column
-                number = parse_number(other.value) if beside and is_number(other.value) else None
-                if number is not None:
-                    return CodeText(number)
-    return None

@@ -5,7 +5,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import closing, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -36,14 +36,10 @@ def read_bin(path: Path, shown_as: str) -> TableLog:
 
         with redirect_stdout(io.StringIO()), _no_stderr():
             reader = DFReader.DFReader_binary(str(path))
+        with closing(reader):
+            tables = _tables_of_bin(reader)
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
         raise _unreadable(place, error) from None
-    try:
-        tables = _tables_of_bin(reader)
-    except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        raise _unreadable(place, error) from None
-    finally:
-        reader.close()
     facts = LogFacts(place, size, size, writer="ArduPilot", recorder="the usual map of ArduSub")
     facts.usual = usual_channels("ardupilot_bin")
     return TableLog(tables, facts)
@@ -151,7 +147,6 @@ def _by_function(parameters: Any) -> list[int]:  # noqa: ANN401  pairs of name a
 
 
 def _outputs(columns: Mapping[str, npt.NDArray[Any]], begin: str, end: str = "") -> list[int]:
-    """Return the numbers of all outputs that a message has."""
     matches = [re.fullmatch(rf"{begin}(\d+){end}", name) for name in columns]
     return sorted(int(match[1]) for match in matches if match is not None)
 

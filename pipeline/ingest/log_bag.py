@@ -71,7 +71,6 @@ class BagFile(MessageLog):
         raise NotImplementedError
 
     def _add(self, number: int, topic: str, kind: str, definition: str, wire: str) -> None:
-        """Add a topic that is not yet counted."""
         language = "ros1msg" if wire == "ros1" else "ros2msg"
         self.directory.schemas[number] = SchemaRecord(
             id=number, name=kind, encoding=language, data=definition.encode()
@@ -262,7 +261,6 @@ class BagFolder(MessageLog):
         ours.counts |= {first + number: count for number, count in theirs.counts.items()}
 
     def _plain(self, path: Path) -> Path:
-        """Unpack a part that is compressed as a whole."""
         import zstandard
 
         if not self._unpacked:

@@ -88,7 +88,6 @@ class McapFile(MessageLog):
             self._end = start
 
     def _scan(self) -> None:
-        """Collect topics and counts by reading everything once."""
         found = self.directory
         found.counts = {}
         counts: dict[int, int] = {}

@@ -39,7 +39,6 @@ HEADER_BYTES = 4
 
 
 def _representation(data: memoryview | bytes) -> tuple[str, int]:
-    """Return byte order and largest alignment of a message in plain CDR."""
     if len(data) < HEADER_BYTES:
         raise BrokenMessageError(f"it has {len(data)} bytes, not even a header")
     found = REPRESENTATIONS.get(data[1]) if data[0] == 0 else None

@@ -3,7 +3,6 @@
 import contextlib
 import re
 import sqlite3
-import struct
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
@@ -12,9 +11,11 @@ from urllib.parse import quote
 
 from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.log_names import BAG_FILE, run_of
+from pipeline.ingest.mcap_directory import Directory
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
+_MOST_SUMMARY_BYTES = 1 << 24
 _SECOND_NS = 1_000_000_000
 #: Year, month, day in a file's name: 2026-05-04, 2026_05_04, 2026.05.04, 20260504.
 _DATE = re.compile(r"(?<!\d)(\d{4})[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
@@ -124,7 +125,6 @@ def _first_times(path: Path) -> list[int]:
 
 
 def _statistics(path: Path) -> mcap.StatisticsRecord | None:
-    """Return what the summary at the end counts."""
     try:
         with path.open("rb") as file:
             size = file.seek(0, 2)
@@ -133,16 +133,11 @@ def _statistics(path: Path) -> mcap.StatisticsRecord | None:
             if not 0 < (start or 0) < size:
                 return None
             file.seek(start or 0)
-            for _ in range(_MOST_RECORDS):
-                opcode, length = mcap.RECORD_HEAD.unpack(file.read(mcap.RECORD_HEAD.size))
-                if opcode == mcap.STATISTICS:
-                    content = memoryview(file.read(min(length, 1 << 24)))
-                    found: mcap.StatisticsRecord = mcap.parse(opcode, content)
-                    return found
-                file.seek(length, 1)
-    except (OSError, mcap.BrokenRecordError, struct.error, OverflowError):
+            found = Directory()
+            found.take_summary(memoryview(file.read(_MOST_SUMMARY_BYTES)), size)
+            return found.statistics
+    except (OSError, OverflowError):
         return None
-    return None
 
 
 def is_closed(path: Path) -> bool:

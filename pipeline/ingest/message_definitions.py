@@ -264,7 +264,6 @@ def _built_in(name: str, wire: str) -> tuple[Field, ...] | None:
 
 
 def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tuples
-    """Turn rosbags' description of a field into ours."""
     from rosbags.interfaces import Nodetype
 
     node, content = kind

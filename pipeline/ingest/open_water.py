@@ -317,7 +317,6 @@ def _summary(_table: Table, points: Sequence[OpenWaterPoint]) -> str:
 
 
 def _curves_of(points: Sequence[OpenWaterPoint]) -> dict[Hashable, dict[float, float]]:
-    """Return K_T by the advance ratio."""
     both = [(one.advance_ratio, one.thrust_coefficient) for one in points]
     return {"": {ratio: k_t for ratio, k_t in both if k_t is not None}}
 

@@ -101,7 +101,6 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
 
 
 def _check_messages(topics: Sequence[TopicFound], facts: LogFacts) -> None:
-    """Refuse a log without messages."""
     if any(topic.messages for topic in topics):
         return
     what = "the log holds no messages"

@@ -155,7 +155,6 @@ def _wrong_frames(group: Sequence[ChannelSource], run: PoolRun) -> Mapping[str, 
 def _also_fitting(
     group: Sequence[ChannelSource], taken: Mapping[str, RunChannel], place: Place
 ) -> Iterator[Problem]:
-    """Say what else would have fitted."""
     chosen = next((one for one in group if taken.get(one.name) is one.channel), None)
     others = [one.channel.topic for one in group if one is not chosen]
     if chosen is None or not others:

@@ -7,11 +7,10 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.message_fields import LARGEST, impossible
 from pipeline.ingest.pool_run_down import (
-    attitude_against_level,
     depth_too_fast,
     doubtful_depths,
+    down_against_level,
     gravity_against_attitude,
-    gravity_against_level,
     gravity_against_rates,
     position_against_depth,
 )
@@ -58,8 +57,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     yield from _impossible(run, place)
     yield from _voltage(run, vehicle, place)
     yield from doubtful_depths(run, vehicle, place)
-    yield from gravity_against_level(run, place)
-    yield from attitude_against_level(run, place)
+    yield from down_against_level(run, place)
     try:  # what follows lays the readings on a common time base
         yield from contradictions(run, vehicle, place)
         yield from gravity_against_rates(run, place)
@@ -155,7 +153,6 @@ def _impossible(run: PoolRun, place: Place) -> Iterator[Problem]:
 
 
 def _typical(channel: RunChannel) -> float:
-    """Median length of the readings that count."""
     kept = channel.values[channel.usable()]
     if not kept.size:
         return float("nan")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.command_units import GuessedUnit, guess_units, rest_of, within_hundred
+from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units, rest_of
 from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_components import quaternion_product
@@ -158,7 +158,6 @@ def _as_quaternion(axes: FloatArray) -> FloatArray:
 
 
 def _from_euler(angles: FloatArray) -> FloatArray:
-    """Quaternions x, y, z, w of roll, pitch, yaw (Z Y X)."""
     half = 0.5 * angles
     (cr, cp, cy), (sr, sp, sy) = np.cos(half).T, np.sin(half).T
     return np.stack(
@@ -228,7 +227,7 @@ def _by_thruster(
         neutral, guessed = plan.stated.neutral, GuessedUnit(unit, "")
     doubt = guessed.doubt
     if plan.unit is None and unit == "code":
-        doubt = within_hundred(raw, min((drive.code_max for drive in own), default=0))
+        doubt = doubt_of_codes(raw, min((drive.code_max for drive in own), default=0))
     if guessed.unclear:
         return Converted(plan.quantity, (), raw, unit, unclear=guessed.unclear)
     full = {"ratio": 1.0 - neutral, "%": 100.0 - neutral}.get(unit)

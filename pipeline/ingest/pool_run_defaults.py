@@ -232,7 +232,6 @@ def _is_over_earth(topic: TopicFound) -> bool:
 def _plans(
     found: Sequence[_Candidate], thrusters: Sequence[str]
 ) -> tuple[tuple[Plan, ...], list[str]]:
-    """Return a plan for each of the first topics that fit."""
     plans: dict[str, Plan] = {}
     said: list[str] = []
     for _, topic, rule in found:

@@ -110,49 +110,31 @@ def _correlation(first: FloatArray, second: FloatArray, least: float) -> float |
     return float(np.corrcoef(first, second)[0, 1])
 
 
-def gravity_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
-    """Compare the direction of the specific force with down of a level vehicle.
+def down_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
+    """Compare down by the attitude or by the specific force with that of a level vehicle.
 
-    For logs without an attitude, where nothing else shows that the axes are others than assumed.
+    For logs that have one of them, where nothing else shows that axes or order are others.
     """
-    channel = run.channels.get("specific_force")
-    if channel is None or "attitude" in run.channels:
-        return
-    force = channel.values[channel.usable()]
-    force = force[np.isfinite(force).all(axis=1)]
-    if not force.size or np.median(np.linalg.norm(force, axis=1)) < _LEAST_MPS2:
-        return  # gravity was taken out, which is told of the sizes
-    apart_deg = _apart_deg(force, np.tile([0.0, 0.0, 1.0], (len(force), 1)))
-    if apart_deg < _MOST_TILTED_DEG:
-        return
-    what = (
-        f"down by the specific force ({channel.topic}) is {apart_deg:.0f} degrees from the z axis "
-        f"of the body, with the axes {channel.read.axes}: the vehicle lay on its side or back, or "
-        "the axes are others."
-    )
-    remedy = "State body_axes of the IMU (such as flu) under pool: channels in vehicle.yaml."
-    yield place.warning(what, remedy=remedy)
-
-
-def attitude_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
-    """Compare down as the attitude has it with that of a level vehicle.
-
-    For logs without a specific force, where nothing else shows order and axes of a quaternion.
-    """
-    channel = run.channels.get("attitude")
-    if channel is None or "specific_force" in run.channels:
+    both = [run.channels.get(name) for name in ("attitude", "specific_force")]
+    channel = both[0] or both[1]
+    if channel is None or all(both):
         return
     kept = channel.values[channel.usable()]
     kept = kept[np.isfinite(kept).all(axis=1) & kept.any(axis=1)]
-    apart_deg = _apart_deg(np.tile([0.0, 0.0, -1.0], (len(kept), 1)), down_in_body(kept))
+    is_force = channel is both[1]
+    if is_force and (not kept.size or np.median(np.linalg.norm(kept, axis=1)) < _LEAST_MPS2):
+        return  # gravity was taken out, which is told of the sizes
+    down = -kept if is_force else down_in_body(kept)
+    apart_deg = _apart_deg(np.tile([0.0, 0.0, -1.0], (len(kept), 1)), down)
     if apart_deg < _MOST_TILTED_DEG:
         return
+    by = "specific force" if is_force else "attitude"
     what = (
-        f"by the attitude ({channel.topic}) the vehicle is tilted by {apart_deg:.0f} degrees for "
-        f"half of the run, with the axes {channel.read.axes}: it lay on its side or back, or axes, "
-        "sign, unit or order are others."
+        f"down by the {by} ({channel.topic}) is {apart_deg:.0f} degrees from the z axis "
+        f"of the body, with the axes {channel.read.axes}: the vehicle lay on its side or back, or "
+        f"the axes{'' if is_force else ', unit or order'} are others."
     )
-    remedy = "State order (wxyz), body_axes, earth_axes or unit under pool: channels."
+    remedy = "State body_axes (such as flu) or order (wxyz) under pool: channels in vehicle.yaml."
     yield place.warning(what, remedy=remedy)
 
 
@@ -162,7 +144,8 @@ def _apart_deg(force: FloatArray, down: FloatArray) -> float:
     felt = size > 0.0
     if felt.sum() < _LEAST_ROWS:
         return 0.0
-    cosine = -(force[felt] / size[felt, None] * down[felt]).sum(axis=1)
+    other = down[felt] / np.linalg.norm(down[felt], axis=1, keepdims=True)
+    cosine = -(force[felt] / size[felt, None] * other).sum(axis=1)
     return float(np.degrees(np.median(np.arccos(np.clip(cosine, -1.0, 1.0)))))
 
 

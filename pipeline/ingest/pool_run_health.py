@@ -170,7 +170,6 @@ _Ends = tuple[FloatArray | float, FloatArray | float, float]
 
 
 def _ends(lowest: float | None, highest: float | None) -> _Ends | None:
-    """Return the ends of a sensor's range, None where neither is known."""
     if lowest is None and highest is None:
         return None
     low = -np.inf if lowest is None else lowest

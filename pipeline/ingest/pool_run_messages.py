@@ -174,7 +174,6 @@ def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[
     if missing:
         what = f"there are no commands for {', '.join(missing)}."
         yield place.warning(what, "", "Map them, or they count as zero.")
-    yield from _barely_any(commands, place)
     for channel in commands:
         beyond: dict[tuple[int, int], list[str]] = {}
         for column, values in zip(channel.columns, channel.values.T, strict=True):
@@ -198,21 +197,6 @@ def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[
     if all(_is_constant(values) for part in commands for values in part.values.T):
         yield place.warning(
             "no command ever changes: of the thrusters nothing can be learned from this run."
-        )
-
-
-def _barely_any(commands: Sequence[RunChannel], place: Place) -> Iterator[Problem]:
-    """Say where nothing is commanded but -1, 0 and 1, and their unit was not stated."""
-    sizes = [np.abs(part.values[np.isfinite(part.values)]) for part in commands]
-    largest = max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
-    reads = {(part.read.unit, part.read.unit_from) for part in commands}
-    if reads == {("code", "values")} and largest == 1.0:
-        topics = ", ".join(dict.fromkeys(part.topic for part in commands))
-        yield place.warning(
-            f"the commands ({topics}) are -1, 0 and 1 alone and were taken for codes: next to no "
-            "thrust. They look like ratios, of thrusters that are only switched.",
-            "",
-            "State unit: ratio (or unit: code) under pool: channels in vehicle.yaml.",
         )
 
 

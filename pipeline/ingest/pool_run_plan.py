@@ -253,7 +253,6 @@ def plan_channel(
 
 
 def _numbers(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[tuple[str, ...], list[Path]]:
-    """Paths of the numbers that the field means."""
     if stated.field is not None:
         numbers: list[Path] = []
         for text in stated.field:

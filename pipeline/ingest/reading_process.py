@@ -82,7 +82,6 @@ def in_reading_process(work: Callable[[], _Result]) -> _Result:
 
 
 def _answer(work: Callable[[], _Result], answer: BinaryIO) -> int:
-    """Do the work and write down what came of it."""
     found: tuple[str, object]
     try:
         found = ("result", work())

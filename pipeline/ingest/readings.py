@@ -10,7 +10,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, Row, are_spoilt, shorten
-from pipeline.ingest.headers import Wanted
+from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.vocabulary import plain, words_of
 

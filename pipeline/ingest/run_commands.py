@@ -226,7 +226,6 @@ def _start_of(
 
 
 def _nearest(run: PoolRun, quantity: str, at_ns: int) -> FloatArray | None:
-    """Return the reading (k,) next to a time, None where none is near."""
     for channel in run.channels.values():
         if channel.quantity != quantity:
             continue

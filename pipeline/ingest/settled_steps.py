@@ -181,7 +181,6 @@ def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:
 
 
 def _runs(readings: Sequence[Reading]) -> list[tuple[int, int]]:
-    """Return first and last plus one of each run of equal commands."""
     commands = [(one.values.get("code"), one.values.get("pwm")) for one in readings]
     starts = [at for at, one in enumerate(commands) if at == 0 or one != commands[at - 1]]
     return list(zip(starts, [*starts[1:], len(commands)], strict=True))
@@ -215,7 +214,6 @@ def _still_moves(step: FloatArray, scale: float) -> bool:
 
 
 def _mean(readings: Sequence[Reading]) -> Reading:
-    """Return the mean of readings, at the time of the first."""
     means = {
         name: value
         if name == "time"

@@ -10,7 +10,7 @@ from pipeline.ingest.bench_table import Table
 #: What of a table is compared: of what must be equal, a reading by what it depends on.
 Curves = Mapping[Hashable, Mapping[float, float]]
 #: Specimens of one type differ by a few per cent; their larger readings tell it.
-_ALIKE, _LARGER = 0.1, 0.2
+ALIKE, _LARGER = 0.1, 0.2
 #: No specimen differs by so much: one of them is in another unit, or of another machine.
 _APART = 2.0
 CONTRADICTS = "contradicts other tables"
@@ -29,11 +29,11 @@ def disagreement(
         for key, curve in own.items():
             every = [one[key] for one in curves if one.get(key)]
             others = [one[key] for other, one in enumerate(curves) if other != at and one.get(key)]
-            share = _share(curve, every if len(every) > 2 else others) if curve else 1.0
+            share = share_of(curve, every if len(every) > 2 else others) if curve else 1.0
             if abs(np.log(share)) > abs(np.log(shares.get(at, 1.0))):
                 shares[at] = share
     odd = max(shares, key=lambda at: abs(shares[at] - 1.0), default=None)
-    if odd is None or abs(shares[odd] - 1.0) <= _ALIKE:
+    if odd is None or abs(shares[odd] - 1.0) <= ALIKE:
         return [], frozenset()
     apart = frozenset(at for at, one in shares.items() if abs(np.log(one)) > np.log(_APART))
     expected = "tests of one type of machine, in one unit, at one voltage, in one water."
@@ -55,7 +55,7 @@ def disagreement(
     return [place.warning(what, expected, remedy)], apart
 
 
-def _share(curve: Mapping[float, float], others: Sequence[Mapping[float, float]]) -> float:
+def share_of(curve: Mapping[float, float], others: Sequence[Mapping[float, float]]) -> float:
     """Return the reading of one table over the middle one of others, where they overlap."""
     at = np.array(sorted(curve))
     every = [

@@ -119,7 +119,6 @@ def _refuse_swallowed_rows(fields: list[str], delimiter: str, place: Place) -> N
 
 
 def _delimiter(lines: list[str]) -> str | None:
-    """Return the delimiter, None for blanks."""
     for delimiter in ("\t", ";", ",", "|"):
         counts = Counter(line.count(delimiter) for line in lines if line.strip())
         with_it = sum(count for number, count in counts.items() if number > 0)
@@ -193,5 +192,4 @@ def _rows_under_names(rows: Sequence[Row]) -> Iterator[tuple[int, Row, int]]:
 
 
 def _last_number(cells: Row) -> int:
-    """Return how many columns the numbers of a row reach over."""
     return max(index for index, cell in enumerate(cells) if is_number(cell)) + 1

@@ -11,7 +11,8 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import BlockColumn
 from pipeline.ingest.rows import listed
-from pipeline.ingest.unit_text import factor, known_units
+from pipeline.ingest.tables_agree import ALIKE, share_of
+from pipeline.ingest.unit_text import unit_worth
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
 
@@ -38,8 +39,6 @@ _LEAST_CODES = 4
 _LATE = 0.5
 #: Of the largest thrust: more on both sides of where there is none is thrust both ways.
 _SIDE = 0.2
-#: Specimens of one type differ by a few per cent; their larger thrusts tell it.
-_ALIKE, _LARGER = 0.1, 0.2
 
 
 def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:
@@ -81,7 +80,6 @@ def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | No
 
 
 def _median(values: FloatArray) -> float | None:
-    """Return the median of what is there; None of a few."""
     there = values[np.isfinite(values)]
     return float(np.median(there)) if there.size >= _LEAST_POINTS else None
 
@@ -107,12 +105,8 @@ def _merit(used: Sequence[MooringPoint], thrust: FloatArray, rho_area: float) ->
 
 def _likely(column: BlockColumn, ratio: float) -> str:
     """Name the unit that would bring the thrust nearest to what is usual."""
-    worth = abs(column.factor) / ratio
-    units = [(unit, factor(unit, "force")) for unit in known_units("force")]
-    unit, nearest = min(units, key=lambda one: abs(math.log(one[1] / worth)))
-    if unit == column.unit or abs(math.log(nearest / worth)) > math.log(3.0):
-        return ""
-    return f" The numbers look like {unit}."
+    unit = unit_worth("force", abs(column.factor) / ratio, most_times=3.0)
+    return "" if unit in {None, column.unit} else f" The numbers look like {unit}."
 
 
 def shape_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:
@@ -241,16 +235,14 @@ def compare_thrusters(
     if len(named) < 2:
         return done
     curves = [_by_code(points[at]) for at in named]
-    codes = sorted(set.intersection(*(set(curve) for curve in curves)))
-    thrust = np.array([[curve[code] for code in codes] for curve in curves])
-    if not thrust.size:
+    codes = set.intersection(*(set(curve) for curve in curves))
+    if not codes:
         return done
-    middle = np.median(thrust, axis=0)
-    large = np.abs(middle) > _LARGER * np.abs(middle).max()
-    shares = np.median(thrust[:, large] / middle[large], axis=1)
-    for at, share in zip(named, shares.tolist(), strict=True):
+    common = [{code: curve[code] for code in codes} for curve in curves]
+    shares = [share_of(curve, common) for curve in common]
+    for at, share in zip(named, shares, strict=True):
         name = tables[at].block.thruster
-        differs = abs(share - 1.0) > _ALIKE
+        differs = abs(share - 1.0) > ALIKE
         if differs:
             problems.append(
                 tables[at].place.warning(
@@ -265,7 +257,7 @@ def compare_thrusters(
             point.model_copy(update={"thruster": name, "marks": (*point.marks, *marks)})
             for point in points[at]
         )
-    if not any(abs(share - 1.0) > _ALIKE for share in shares):
+    if not any(abs(share - 1.0) > ALIKE for share in shares):
         what = f"{len(named)} thrusters, {min(shares):.2f} to {max(shares):.2f} of their median; "
         what += "fitted together."
         problems.append(replace(tables[0].place, sheet=None).note(what))

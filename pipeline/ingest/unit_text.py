@@ -8,6 +8,7 @@ without case; blanks, dots and hyphens part the factors and may be missing: ``N.
 
 import difflib
 import functools
+import math
 import re
 import unicodedata
 from collections.abc import Mapping
@@ -138,16 +139,18 @@ def known_units(quantity: str) -> tuple[str, ...]:
     return tuple(texts[0] for texts in data_of("units")[quantity].values())
 
 
-def unit_worth(quantity: str, worth: float, tolerance: float = 0.02) -> str | None:
-    """Return the unit that is worth about so much in the unit of the records, None if none is.
+def unit_worth(quantity: str, worth: float, most_times: float = 1.02) -> str | None:
+    """Return the unit that is nearest to being worth so much in that of the records.
+
+    None where none is, to `most_times` as much or little.
 
     >>> unit_worth("torque", 0.098), unit_worth("shaft_speed", 9.55), unit_worth("torque", 0.5)
     ('kg cm', 'rad/s', None)
     """
-    for unit, texts in data_of("units")[quantity].items():
-        if abs(worth / _worth(unit, quantity) - 1.0) <= tolerance:
-            return str(texts[0])
-    return None
+    units = data_of("units")[quantity]
+    off = {unit: abs(math.log(worth / _worth(unit, quantity))) for unit in units}
+    nearest = min(off, key=lambda unit: off[unit])
+    return str(units[nearest][0]) if off[nearest] <= math.log(most_times) else None
 
 
 def factor(unit_text: str, quantity: str) -> float:

@@ -6,8 +6,10 @@ from openpyxl import Workbook
 
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import Sheet
-from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.header_rows import Wanted
+from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED
+from pipeline.ingest.stated_columns import choose_sheets
 from pipeline.ingest.vocabulary import split_header
 from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.bench_schema import Column
@@ -163,7 +165,7 @@ def test_set_points_and_other_motors_are_not_taken() -> None:
         "torque": ("C", "N.mm"),
         "shaft_speed": ("E", "rad.s"),
     }
-    assert block.not_used == {}
+    assert block.not_used == {1: 'current is read from "Input current"'}
 
 
 def test_stray_columns_beside_the_table_do_no_harm() -> None:
