@@ -95,9 +95,9 @@ def _blocks_of_header(
     groups, wrong = _side_by_side(sheet, wanted, row, weighed.matches)
     problems += wrong
     for match in weighed.matches if groups else ():
-        first = groups[0].get(match.quantity, match)
+        read = groups[0].get(match.quantity, match)
         if all(match not in group.values() for group in groups):
-            why = f'{match.quantity.replace("_", " ")} is read from "{shorten(first.text)}"'
+            why = f'{match.quantity.replace("_", " ")} is read from "{shorten(read.text)}"'
             weighed.not_used.setdefault(match.index, why)
     blocks: list[Block] = []
     thrusters = told_apart([match for match in weighed.matches if match.quantity == "thrust"])

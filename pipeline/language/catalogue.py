@@ -36,6 +36,8 @@ _TYPED = re.compile(r"(?:=|--[\w-]+ |[\"'`])\{(\d+)\}")
 #: A value between quotation marks: it has none itself.
 _QUOTED = re.compile(r"\"\{(\d+)\}\"")
 _EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
+#: A line to be put into vehicle.yaml: its key is no word.
+_OF_A_FILE = re.compile(r" {2,}[a-z][a-z0-9_]*: \{")
 _PAIR = re.compile(r"\([^()]*\)")
 _COUNT = re.compile(r"\d+")
 _JOINTS = ("; ", ", ", ". ")
@@ -97,7 +99,7 @@ class Catalogue:
         if "\n" in text:
             return "\n".join(self.say(line) for line in text.split("\n"))
         found = _EDGE.match(text)
-        if found is None or not found[2]:
+        if found is None or not found[2] or _OF_A_FILE.match(text):
             return text
         if len(self._remembered) > _MOST_REMEMBERED:
             self._remembered.clear()

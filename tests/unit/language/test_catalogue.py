@@ -146,6 +146,14 @@ def test_a_hostile_text_costs_little(catalogue: Catalogue, text: str) -> None:
     assert time.process_time() - begin < 3.0
 
 
+def test_a_line_for_the_vehicle_file_stays() -> None:
+    line = '      row: {header: "Row 3", unit: ...}'
+    known = Catalogue(
+        read_po('msgid "{0}: {1}"\nmsgstr "«{0}» {1}"\n\nmsgid "row"\nmsgstr "ряд"\n')
+    )
+    assert known.say(line) == line
+
+
 def test_two_sentences_of_one_kind_are_two() -> None:
     """A long template may hold whole sentences in a value, but not its own sentence again."""
     message = "{0} readings of this kind cannot carry {1} coefficients; at least {2} are needed"
