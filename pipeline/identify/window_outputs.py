@@ -142,6 +142,26 @@ class WindowStack:
             ]
         )
 
+    def flown(  # noqa: PLR0917 - what is flown, and by what
+        self,
+        layout: Pieces,
+        alike: tuple[Alike, ...],
+        vector: FloatArray,
+        starts: FloatArray,
+        forces: FloatArray | None = None,
+        method: int | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Predict windows, or pieces of them, from their first states; arguments as of `run_alike`.
+
+        Each is under its known force, and under `forces` (steps, 6) beside it [N, N m].
+        """
+        external = np.zeros((len(layout.commands), 6)) if forces is None else forces
+        if self.outside is not None:
+            external = external + self.outside
+        return run_alike(
+            self.packed, layout, alike, vector, starts=starts, external=external, method=method
+        )
+
     @property
     def starts(self) -> FloatArray:
         """Guessed first states (windows, STATE)."""
@@ -244,14 +264,10 @@ def simulate_windows(
 ) -> tuple[FloatArray, FloatArray]:
     """Stacked states (samples, STATE) and accelerations (samples, 6) of all windows.
 
-    Each is simulated under its own conditions and known force. A window whose simulation runs away
-    holds NaN from its start.
+    A window whose simulation runs away holds NaN from its start.
     """
     pieces = stack.pieces
-    forces = np.zeros((len(pieces.commands), 6)) if stack.outside is None else stack.outside
-    states, rates = run_alike(
-        stack.packed, pieces, stack.alike, vector, starts=starts, external=forces, method=RK4
-    )
+    states, rates = stack.flown(pieces, stack.alike, vector, starts, method=RK4)
     size = np.abs(states[:, 7:13]).max(axis=1)
     lost = ~(np.maximum.reduceat(size, pieces.first_row) <= _FASTEST)
     lost |= pieces.steps_s > largest_step_s(stack.packed, vector)

@@ -25,7 +25,7 @@ from pipeline.physics.parameters import offset, read, slot
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pieces import OF_DRIVES, Pieces
-from pipeline.simulate.pieces_under import Alike, alike_pieces, run_alike
+from pipeline.simulate.pieces_under import Alike, alike_pieces
 from pipeline.types import FloatArray, IntArray
 
 #: Slots that only the sensors read: the motion is as without them.
@@ -183,28 +183,14 @@ def simulate_windows(
     begin = starts.copy()
     if other_drives(vector, packed.vector):
         begin[:, BODY : BODY + count] = drives_at(bench, vector, bench.stack.begins[:-1])
-    return Motion(*_simulate(bench, bench.whole, bench.stack.alike, vector, begin, forces))
+    return Motion(*bench.stack.flown(bench.whole, bench.stack.alike, vector, begin, forces))
 
 
 def simulate_cut(
     bench: Bench, vector: FloatArray, starts: FloatArray, forces: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """States and accelerations of all pieces; arguments as of `simulate_windows`."""
-    return _simulate(bench, bench.cut, bench.cut_alike, vector, starts, forces)
-
-
-def _simulate(  # noqa: PLR0917 - two callers
-    bench: Bench,
-    layout: Pieces,
-    alike: tuple[Alike, ...],
-    vector: FloatArray,
-    starts: FloatArray,
-    forces: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Simulate a layout, each run as it is known to have been, pulled by its cable."""
-    if bench.stack.outside is not None:
-        forces = forces + bench.stack.outside
-    return run_alike(bench.stack.packed, layout, alike, vector, starts=starts, external=forces)
+    return bench.stack.flown(bench.cut, bench.cut_alike, vector, starts, forces)
 
 
 def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatArray]:
