@@ -11,8 +11,8 @@ from pipeline.diagnose.inference.approach import approach
 from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.held_out import checked
 from pipeline.diagnose.inference.margins import cautious
+from pipeline.diagnose.inference.own_values import with_own_values
 from pipeline.diagnose.inference.refine import Refined, possible_alone, refined, that_depart
-from pipeline.diagnose.inference.settled_places import with_settled_places
 from pipeline.diagnose.judging.search import Near, Search, ordinary_prior, search
 from pipeline.diagnose.linear.linear_model import Setting, vector_of
 from pipeline.diagnose.linear.scales import levels
@@ -120,7 +120,7 @@ def infer(
         found = replace(found, floor_scatter=healthy.floor_scatter)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     answered = that_depart(found, answered, limits.interval_factor)
-    return found, with_settled_places(found, checked(found, answered, limits))
+    return found, with_own_values(found, checked(found, answered, limits))
 
 
 def held_in(case: Case, windows: Sequence[Window]) -> BoolArray:

@@ -1,9 +1,11 @@
-"""Go on with an answer that has a place, as a payload has, until it stays where it is.
+"""Go on with the first answers until their values stay where they are.
 
-Mass and displaced water have a valley in common: what weighs in water is known from depth and trim,
-and the sum of both, felt as inertia beside thrust and added masses, is hardly. Along it a step of
-the linear model is short of the most probable point by a share that does not shrink, so the few
-steps that suffice to judge an answer leave its mass up to half too large.
+All answers are judged around one point, with a few steps towards their own. That is enough to weigh
+them and not for their values. Two effects of the same force multiply: where all was judged at a
+supply that is low, a thrust deduction in its place comes out too large. A payload has a valley:
+what weighs in water is known from depth and trim, and the sum of mass and displaced water, felt as
+inertia beside thrust and added masses, is hardly. Along it a step of the linear model is short of
+the most probable point by a share that does not shrink.
 """
 
 from dataclasses import replace
@@ -31,8 +33,8 @@ _STEPS, _STAYS = 8, 0.1
 _WORSE, _MOST_AHEAD = 5.0, 4.0
 
 
-def with_settled_places(found: Search, answered: Answers) -> Answers:
-    """Estimate the first answers that have a place anew, each at its own most probable point.
+def with_own_values(found: Search, answered: Answers) -> Answers:
+    """Estimate the first answers anew, each at its own most probable point.
 
     What they weigh stays: all answers were judged with the same few steps.
 
@@ -43,20 +45,17 @@ def with_settled_places(found: Search, answered: Answers) -> Answers:
     answered : Answers
         The answers in order.
     """
-    placed = [one for one in answered.ranking if _placed(found, one)][:_MOST_ANSWERS]
-    settled = found.setting.bench.workers.each([partial(_settled, found, one) for one in placed])
+    # what `unknown` is best imitated by has no values that are told
+    told = [
+        one
+        for one in answered.ranking
+        if one.finding is not None and one.name != UNKNOWN and one.probability >= _PROBABLE
+    ][:_MOST_ANSWERS]
+    settled = found.setting.bench.workers.each([partial(_settled, found, one) for one in told])
     anew = {
-        one.name: replace(one, judged=judged) for one, judged in zip(placed, settled, strict=True)
+        one.name: replace(one, judged=judged) for one, judged in zip(told, settled, strict=True)
     }
     return replace(answered, ranking=tuple(anew.get(one.name, one) for one in answered.ranking))
-
-
-def _placed(found: Search, one: Candidate) -> bool:
-    # what `unknown` is best imitated by has no values that are told
-    if one.finding is None or one.name == UNKNOWN or one.probability < _PROBABLE:
-        return False
-    placed = {other.effect.id for other in found.setting.coordinates if other.leads}
-    return bool(placed & set(one.finding.effects))
 
 
 def _settled(found: Search, one: Candidate) -> Judged:

@@ -1,11 +1,17 @@
-"""An answer with a place is gone on with until it stays."""
+"""An answer is gone on with until its values stay."""
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.engine import diagnose
-from pipeline.diagnose.inference.settled_places import ahead
+from pipeline.diagnose.inference import infer
+from pipeline.diagnose.inference.own_values import ahead
+from pipeline.diagnose.judging.search import Near
+from pipeline.diagnose.linear.linear_model import Setting
 
 
 def test_steps_that_shrink_alike_are_taken_at_once() -> None:
@@ -34,3 +40,22 @@ def test_the_mass_of_a_module_that_is_nearly_floated_is_found_with_its_volume() 
         low, high = values[name].ci95
         assert low <= true <= high
         assert values[name].value == pytest.approx(true, rel=0.15)
+
+
+def test_values_do_not_depend_on_where_all_was_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thrust deduction judged where the supply is low came out at another value."""
+    real = infer.approach
+
+    def elsewhere(setting: Setting, *rest: Any, **more: Any) -> Near:  # noqa: ANN401 (passed on)
+        near = real(setting, *rest, **more)
+        names = [one.name for one in setting.coordinates]
+        moved = near.departures.copy()
+        moved[names.index("voltage_sag:drop")] += 2.5
+        return replace(near, departures=moved)
+
+    case = small_case(("thrust_deduction:t=0.3",), effects=("thrust_deduction", "voltage_sag"))
+    values = [diagnose(case, threads=1).ranking[0].parameters["t"].value]
+    monkeypatch.setattr(infer, "approach", elsewhere)
+    monkeypatch.setattr(infer, "_ELSEWHERE", np.inf)  # nor is the first answer's own point gone to
+    values.append(diagnose(case, threads=1).ranking[0].parameters["t"].value)
+    assert values[1] == pytest.approx(values[0], abs=0.02)
