@@ -12,6 +12,7 @@ from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.load_test_words import Branch
 from pipeline.ingest.readings import COMMENTED, STATISTICS
 from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.settled_steps import noise_of
 from pipeline.types import FloatArray
 
 #: Below this share of the largest torque or speed, its sign means nothing.
@@ -250,8 +251,7 @@ def _drifting(readings: Sequence[Reading]) -> int:
         return 0  # a slow ramp of the load changes the speed as well
     speed = np.array([reading.values["shaft_speed"] for reading in readings[:run]])
     settled = float(np.median(speed[-third:]))
-    # Of a smooth drift the second differences hold the scatter alone.
-    scatter = float(np.median(np.abs(np.diff(speed, 2)))) / (0.6745 * 6**0.5)
+    scatter = noise_of(speed)
     if abs(speed[0] - settled) <= max(0.005 * abs(settled), 8.0 * scatter):
         return 0
     away = np.abs(speed - settled) > max(0.002 * abs(settled), 4.0 * scatter)

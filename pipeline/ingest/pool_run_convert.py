@@ -234,6 +234,8 @@ def _by_thruster(
     if unit == "us":
         raw[raw == 0.0] = np.nan  # no pulse is no command
         neutral, full = pwm.neutral_us, pwm.half_range_us
+        if not {"neutral_us", "half_range_us"} <= pwm.model_fields_set:
+            notes.append(f"pulses are taken for {neutral:g} +- {full:g} us; see pool: pwm_range")
     worth = [1.0 if full is None else drive.code_max / full for drive in own]
     raw -= neutral
     raw *= worth[: raw.shape[1]]

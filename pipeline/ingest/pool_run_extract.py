@@ -3,16 +3,15 @@
 Only these numbers and two times a message stay in memory, however large the log is.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
-from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_gather import FieldPlace, Layout, Layouts
 from pipeline.ingest.message_definitions import BrokenMessageError, Path
 from pipeline.ingest.message_fields import (
@@ -25,6 +24,9 @@ from pipeline.ingest.message_fields import (
 )
 from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
 from pipeline.types import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from pipeline.ingest.log_source import MessageLog
 
 _MOST_NAME_LISTS = 1000
 #: A message of more bytes is not decoded by itself: no rig writes a vehicle's state like that.
@@ -58,19 +60,8 @@ class TopicData:
     why_broken: str = ""
 
 
-class MessageFile(Protocol):
-    """A log of messages on disk, in whatever container."""
-
-    @property
-    def directory(self) -> Directory:
-        """Its topics, definitions and counts."""
-
-    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
-        """Yield the messages of some channels in the order of the file."""
-
-
 def extract(
-    log: MessageFile,
+    log: "MessageLog",
     codecs: Mapping[int, Codec],
     requests: Mapping[str, Request],
     *,

@@ -11,7 +11,7 @@ from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionEr
 from pipeline.ingest.message_fields import Stamp
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default, same_quantities
-from pipeline.ingest.pool_run_extract import MessageFile, Request
+from pipeline.ingest.pool_run_extract import Request
 from pipeline.ingest.pool_run_plan import (
     PER_THRUSTER,
     NotThereError,
@@ -23,7 +23,7 @@ from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
 if TYPE_CHECKING:
-    from pipeline.ingest.log_source import LogFacts
+    from pipeline.ingest.log_source import LogFacts, MessageLog
 
 #: First messages that are larger are not decoded to see what is in them (pictures, clouds).
 _MAX_PROBE_BYTES = 1_000_000
@@ -37,7 +37,7 @@ _FIRST_OF_JSON = 2_000
 _OWN_RECORD = "rig2sea.log"
 
 
-def topics_of(log: MessageFile) -> tuple[dict[int, Codec], list[TopicFound]]:
+def topics_of(log: "MessageLog") -> tuple[dict[int, Codec], list[TopicFound]]:
     """Find the topics of a log, a decoder for each channel, and each topic's first message."""
     directory = log.directory
     codecs: dict[int, Codec] = {}
@@ -88,7 +88,9 @@ def _type_name(schema: SchemaRecord | None, encoding: str) -> str:
 class _Probes:
     """Decodes the first message of every channel that can be decoded."""
 
-    def __init__(self, log: MessageFile, codecs: dict[int, Codec], why_not: dict[int, str]) -> None:
+    def __init__(
+        self, log: "MessageLog", codecs: dict[int, Codec], why_not: dict[int, str]
+    ) -> None:
         self._log, self._codecs, self._why_not = log, codecs, why_not
         self.found: dict[int, dict[str, Any]] = {}
         self._tried: dict[int, int] = {}

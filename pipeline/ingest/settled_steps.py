@@ -150,7 +150,7 @@ def _rests(speed: FloatArray, period_s: float) -> BoolArray:
         return np.zeros(len(speed), np.bool_)
     sums = np.concatenate([[0.0], np.cumsum(speed)])
     step = (sums[2 * half :] - 2.0 * sums[half:-half] + sums[: -2 * half]) / half
-    noise = 3.0 * _noise(speed) * (2.0 / half) ** 0.5
+    noise = 3.0 * noise_of(speed) * (2.0 / half) ** 0.5
     rests = np.abs(step) <= max(_MOST_PER_S * half * period_s, noise)
     return np.pad(rests, (half, len(speed) - half - len(rests)), mode="edge")
 
@@ -193,13 +193,13 @@ def _settled_from(step: FloatArray, scale: float) -> int:
     3
     """
     tail = step[-max(2, len(step) // 3) :]
-    end, noise = float(np.median(tail)), _noise(step[len(step) // 2 :])
+    end, noise = float(np.median(tail)), noise_of(step[len(step) // 2 :])
     away = np.flatnonzero(np.abs(step - end) > max(_TOLERANCE * scale, 3.0 * noise))
     start = int(away[-1]) + 1 if away.size else 0
     return min(start, len(step) - 1)
 
 
-def _noise(values: FloatArray) -> float:
+def noise_of(values: FloatArray) -> float:
     """Scatter from second differences, which hold no steady drift."""
     if len(values) < _LEAST_ROWS:
         return 0.0
@@ -210,7 +210,7 @@ def _still_moves(step: FloatArray, scale: float) -> bool:
     third = max(1, len(step) // 3)
     end, before = step[-third:], step[-2 * third : -third]
     moved = abs(float(np.mean(end)) - float(np.mean(before)))
-    return moved > max(_MOVING * scale, 3.0 * _noise(step[len(step) // 2 :]))
+    return moved > max(_MOVING * scale, 3.0 * noise_of(step[len(step) // 2 :]))
 
 
 def _mean(readings: Sequence[Reading]) -> Reading:

@@ -38,8 +38,8 @@ def disagreement(
     apart = frozenset(at for at, one in shares.items() if abs(np.log(one)) > np.log(_APART))
     expected = "tests of one type of machine, in one unit, at one voltage, in one water."
     remedy = (
-        "Correct the unit, or take it out of the folder; sheets of a workbook are chosen by "
-        f"columns: {{{tables[odd].kind}: {{sheets: [...]}}}} in vehicle.yaml."
+        "Correct the unit, or take it out of the folder; sheets of a workbook are chosen in "
+        f"vehicle.yaml:\n  columns:\n    {tables[odd].kind}: {{sheets: [...]}}"
     )
     place, share = tables[odd].place, shares[odd]
     if apart:
