@@ -33,6 +33,19 @@ def test_version_is_that_of_the_release_at_the_head_of_the_changelog() -> None:
     assert head[1] == stated == __version__
 
 
+def test_lock_files_share_no_package_and_name_no_registry() -> None:
+    names = []
+    for file in ("requirements.lock", "requirements-dev.lock"):
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert "://" not in text
+        names.append(set(re.findall(r"^([A-Za-z0-9._-]+)==", text, re.MULTILINE)))
+    of_run, of_development = names
+    assert not of_run & of_development
+    # what sets up is itself set up, and what tests is not
+    assert {"uv", "hatchling", "snakemake", "statsmodels"} <= of_run
+    assert {"pytest", "ruff", "mypy"} <= of_development
+
+
 def test_every_dependency_has_its_line() -> None:
     with (ROOT / "pyproject.toml").open("rb") as file:
         project = tomllib.load(file)["project"]
