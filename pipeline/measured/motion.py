@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import CannotComputeError
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.sensor_schema import Sensors
+from pipeline.vehicle.sensor_schema import Imu, Sensors
 
 #: Readings that a smoothed value and its slope are made of, and the least time they span. [s]
 _READINGS, _LEAST_S = 5, 0.3
@@ -66,7 +66,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     period = run.period_s
     state, nu_dot = np.zeros((run.time_s.size, _STATE)), np.zeros((run.time_s.size, 6))
     turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])
-    if sensors and sensors.imu and sensors.imu.attitude_wander_rad:
+    if sensors and sensors.imu and _rates_are_steadier(sensors.imu):
         turn = _steadied(turn, rates, period, _WANDER_TIMES * sensors.imu.attitude_wander_s)
     state[:, 3:7] = turn.as_quat()[:, [3, 0, 1, 2]]
     state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
@@ -94,6 +94,16 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if depth is not None:
         state[:, 2] = depth[:, 0]
     return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None)
+
+
+def _rates_are_steadier(imu: Imu) -> bool:
+    """Whether the sum of the rates walks less at random than the attitude wanders.
+
+    Both are variances that grow with time [rad^2/s]: of white noise of rates, and of a first-order
+    Gauss-Markov process over times short beside its own.
+    """
+    by_rates = imu.rate_noise_radps**2 / imu.rate_hz
+    return by_rates < 2.0 * imu.attitude_wander_rad**2 / imu.attitude_wander_s
 
 
 def _steadied(turn: Rotation, rates: FloatArray, period_s: float, window_s: float) -> Rotation:

@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pipeline.measured.motion import _steadied
+from pipeline.measured.motion import _rates_are_steadier, _steadied
 from pipeline.types import FloatArray
+from pipeline.vehicle.sensor_schema import Imu
 
 PERIOD_S = 0.05
 TIME_S = PERIOD_S * np.arange(2400)
@@ -44,3 +45,14 @@ def test_an_attitude_that_does_not_wander_stays() -> None:
     true, rates = turning()
     steady = _steadied(true, rates, PERIOD_S, 60.0)
     assert np.abs((steady * true.inv()).as_rotvec()).max() < 5e-4
+
+
+def test_rates_that_walk_more_than_the_attitude_wanders_steady_nothing() -> None:
+    good = Imu(
+        rate_hz=50.0, rate_noise_radps=1.2e-3, attitude_wander_rad=5e-3, attitude_wander_s=25.0
+    )
+    assert _rates_are_steadier(good)
+    # of motion capture, by differences
+    poor = good.model_copy(update={"rate_hz": 5.0, "rate_noise_radps": 1.6e-2})
+    assert not _rates_are_steadier(poor)
+    assert not _rates_are_steadier(good.model_copy(update={"attitude_wander_rad": 0.0}))
