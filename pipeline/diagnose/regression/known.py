@@ -25,7 +25,7 @@ from pipeline.diagnose.regression.offset import (
     without_offset,
 )
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
-from pipeline.diagnose.regression.response import BENT, Response, Told, stays
+from pipeline.diagnose.regression.response import BENT, STIFF, Response, Told, stays
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
 from pipeline.records.reference import Prediction, Width
@@ -91,7 +91,8 @@ class Reference:
 def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     """Learn from the healthy runs of a case and predict each by the others.
 
-    The ridge of squares and products is the one that predicts runs left out best. The spacing of
+    The ridge of squares and products, and how much is learned at all beside the file, is what
+    predicts runs left out best. The spacing of
     the grid is the one at which runs tell most, of those at which the noise of sound runs is what
     it claims to be.
 
@@ -118,6 +119,7 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     for runs in zip(*every, strict=True):
         ways = product(BENT, (stays, file))
         tried = [Response(runs, bent, mean, file) for bent, mean in ways]
+        tried.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
         response = min(tried, key=error_ahead)
         sound = response.told_of_sound()
         ordinary = ordinary_of(sound, directions, stated)

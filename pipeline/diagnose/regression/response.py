@@ -31,6 +31,9 @@ _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
 BENT = (100.0, 10_000.0, 1_000_000.0)
+#: Times every ridge but that of the constant, and times smaller the variance of the gain, where the
+#: vehicle is as its file: more than all readings at their noise say.
+STIFF = 1e7
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 
@@ -153,6 +156,8 @@ class Response:
         Times the ridge for squares and products; see `BENT`.
     mean : callable, optional
         The next velocities that the regression starts from; they stay as they are without it.
+    stiff : float
+        Times the ridge of all but the constant; see `STIFF`.
     file : callable, optional
         The next velocities by the vehicle file, from which the gain of force is expected.
 
@@ -165,10 +170,16 @@ class Response:
     """
 
     def __init__(
-        self, runs: Sequence[GridRun], bent: float, mean: Step = stays, file: Step | None = None
+        self,
+        runs: Sequence[GridRun],
+        bent: float,
+        mean: Step = stays,
+        file: Step | None = None,
+        *,
+        stiff: float = 1.0,
     ) -> None:
         self.runs = tuple(runs)
-        self._bent, self._mean = bent, mean
+        self._bent, self._mean, self._stiff = bent, mean, stiff
         self.channels = runs[0].channels
         self.period_s = runs[0].period_s
         self._sets = [_Rows(run, mean) for run in runs]
@@ -207,6 +218,7 @@ class Response:
         found[linear : states - 3] *= self._bent
         found[states:] *= np.where(np.tile(other, FORCES), _OTHER_AXES, 1.0)
         found[[0, 1 + channel]] = _FREE
+        found[1:] *= self._stiff
         return found
 
     def _before(self, channel: int) -> tuple[FloatArray, FloatArray]:
@@ -220,7 +232,8 @@ class Response:
             return slope, precision
         even = np.full((FORCES, FORCES), 1.0 / FORCES)
         off = _GAIN_OFF**2 / FORCES * even + _COURSE_OFF**2 * (np.eye(FORCES) - even)
-        precision[np.ix_(own, own)] = scale[:, None] * np.linalg.inv(gain**2 * off) * scale
+        certain = self._stiff * np.linalg.inv(gain**2 * off)
+        precision[np.ix_(own, own)] = scale[:, None] * certain * scale
         slope[own[0]] = (gain - self._force[axis, channel]) / scale[0]
         return slope, precision
 

@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.diagnose.regression.grid import GridRun
 from pipeline.diagnose.regression.held_out import _off, _with, decides, error_ahead, predictions
-from pipeline.diagnose.regression.response import BENT, Response
+from pipeline.diagnose.regression.response import BENT, STIFF, Response
 from pipeline.records.reference import Prediction
 from pipeline.types import FloatArray, IntArray
 
@@ -120,19 +120,31 @@ def test_a_constant_that_all_runs_have_is_not_held_against_a_model() -> None:
     assert again == pytest.approx([0.0, 0.0], abs=0.001)
 
 
+def as_known(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+    """Follow the motion of `flown`, as a file has it that is right."""
+    return np.asarray((1.0 - DRAG * PERIOD_S) * now + PUSH * PERIOD_S * run.wrench[rows][:, [0, 5]])
+
+
+def test_a_vehicle_that_is_as_its_file_is_not_learned_anew() -> None:
+    """From two short runs with noise, everything that is learned of it is an error."""
+    runs = [flown(seed, noise=0.02) for seed in range(2)]
+    anew = Response(runs, BENT[-1], as_known, as_known)
+    stiff = Response(runs, BENT[-1], as_known, as_known, stiff=STIFF)
+    assert error_ahead(stiff) < error_ahead(anew)
+    off = [
+        np.abs(one.force.reshape(-1, 6, 2)[0, 0, 0] / (PUSH * PERIOD_S) - 1.0)
+        for one in (stiff, anew)
+    ]
+    assert off[0] < 1e-3 < off[1]
+
+
 def test_force_that_sound_runs_hardly_had_moves_a_vehicle_as_its_file_says() -> None:
     """A trim that thrust makes up for is told by that thrust, whatever the sound runs needed."""
-
-    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        return np.asarray(
-            (1.0 - DRAG * PERIOD_S) * now + PUSH * PERIOD_S * run.wrench[rows][:, [0, 5]]
-        )
-
     runs = [flown(seed) for seed in range(4)]
     for run in runs:  # next to nothing ahead, and what there was did not move it
         run.velocity[:, 0] = 0.002 * np.random.default_rng(len(run.name)).standard_normal(500)
         run.wrench[:, 0] *= 1e-4
-    blank, told = Response(runs, BENT[0]), Response(runs, BENT[0], file=step)
+    blank, told = Response(runs, BENT[0]), Response(runs, BENT[0], file=as_known)
     gains = [float(one.force.reshape(-1, 6, 2)[:, 0, 0].sum()) for one in (blank, told)]
     assert gains[1] == pytest.approx(PUSH * PERIOD_S, rel=0.3)
     assert abs(gains[0] - PUSH * PERIOD_S) > PUSH * PERIOD_S
@@ -140,13 +152,7 @@ def test_force_that_sound_runs_hardly_had_moves_a_vehicle_as_its_file_says() -> 
 
 def test_it_may_start_from_a_motion_that_is_known() -> None:
     """What the first guess has right is not learned, and its answer to force is kept."""
-
-    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        return np.asarray(
-            (1.0 - DRAG * PERIOD_S) * now + PUSH * PERIOD_S * run.wrench[rows][:, [0, 5]]
-        )
-
     runs = [flown(seed) for seed in range(4)]
-    informed, blank = Response(runs, BENT[0], step), Response(runs, BENT[0])
+    informed, blank = Response(runs, BENT[0], as_known), Response(runs, BENT[0])
     assert informed.force.reshape(-1, 6, 2)[0, 0, 0] == pytest.approx(PUSH * PERIOD_S, rel=0.01)
     assert error_ahead(informed) < error_ahead(blank) + 0.01
