@@ -30,7 +30,7 @@ _Code: Any = caching.CompileResultCacheImpl  # numba has no types
 _Cache: Any = caching.FunctionCache
 
 
-class _InFolder(_Code):  # type: ignore[misc]
+class _InFolder(_Code):  # type: ignore[misc]  # a base without types
     """Where the code of a function is kept; files of two folders may have one name."""
 
     def __init__(self, folder: Path, function: Callable[..., Any]) -> None:
@@ -43,7 +43,7 @@ class _InFolder(_Code):  # type: ignore[misc]
         self.ensure_cache_path = partial(self._folder.mkdir, parents=True, exist_ok=True)
 
 
-class _CompiledOnce(_Cache):  # type: ignore[misc]
+class _CompiledOnce(_Cache):  # type: ignore[misc]  # a base without types
     """The kept code of a function, which one process at a time compiles."""
 
     _lock: IO[bytes] | None = None

@@ -151,13 +151,12 @@ class WindowStack:
         forces: FloatArray | None = None,
         method: int | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Predict windows, or pieces of them, from their first states; arguments as of `run_alike`.
+        """Predict windows, or pieces of them; arguments as of `run_alike`.
 
-        Each is under its known force, and under `forces` (steps, 6) beside it [N, N m].
+        Each is under its known force, and `forces` (steps, 6) beside it [N, N m].
         """
         external = np.zeros((len(layout.commands), 6)) if forces is None else forces
-        if self.outside is not None:
-            external = external + self.outside
+        external = external if self.outside is None else external + self.outside
         return run_alike(
             self.packed, layout, alike, vector, starts=starts, external=external, method=method
         )

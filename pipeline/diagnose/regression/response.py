@@ -31,8 +31,7 @@ _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
 BENT = (100.0, 10_000.0, 1_000_000.0)
-#: Times every ridge but that of the constant, and times smaller the variance of the gain, where the
-#: vehicle is as its file: more than all readings at their noise say.
+#: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
