@@ -117,8 +117,6 @@ def table2_characteristic() -> StaticCharacteristic:
             tuple("live" if thrust > 0 else "dead" for thrust in row) for row in thrust_n.tolist()
         ),
         table2=(),
-        monte_carlo_draws=0,
-        monte_carlo_ratio=(1.0, 1.0),
         checks=(),
         explanations=(),
     )

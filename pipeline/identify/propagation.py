@@ -1,21 +1,18 @@
-"""From the covariance of the fits to the standard error of thrust: analytic and Monte Carlo.
+"""From the covariance of the fits to the standard error of thrust.
 
 The thrust at a working point is T(theta) with theta = (K_T coefficients, K_M coefficients, drive
 coefficients). The shaft speed follows from the torque balance f(n, theta) = 0, so by the implicit
 function theorem dn/dtheta = -(df/dtheta) / (df/dn). The three fits are independent of each other.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.physics.drive import TorqueSurface, surface_basis
 from pipeline.physics.torque_balance import (
-    SLOWEST_SHAFT_RPS,
     OpenWaterPropeller,
     WorkingPoints,
-    balanced,
-    first_zero,
     thrust_slope,
     torque_excess_slope,
     working_points,
@@ -87,49 +84,3 @@ def thrust_jacobian(model: ThrusterFits, points: WorkingPoints, code: FloatArray
         axis=1,
     )
     return np.where(points.found[:, None], jacobian, 0.0)
-
-
-def monte_carlo_std(
-    model: ThrusterFits,
-    code: FloatArray,
-    speed_mps: FloatArray,
-    *,
-    draws: int,
-    seed: int,
-) -> FloatArray:
-    """Draw theta; the standard deviation of thrust at codes and speeds (m,), shape (m,)."""
-    generator = np.random.default_rng(seed)
-    propeller, surface = model.propeller, model.surface
-
-    def draw(mean: FloatArray, covariance: FloatArray) -> FloatArray:
-        return generator.multivariate_normal(
-            mean, covariance, size=draws, method="svd", check_valid="ignore"
-        )
-
-    k_t = draw(np.asarray(propeller.thrust_coefficients), model.thrust_covariance)
-    k_m = draw(np.asarray(propeller.torque_coefficients), model.torque_covariance)
-    drive = draw(surface.coefficients, model.drive_covariance)
-    # all draws at once: a search costs as much for one point as for thousands
-    number, codes, speed = (
-        one.ravel() for one in np.broadcast_arrays(np.arange(draws)[:, None], code, speed_mps)
-    )
-    no_thrust = np.array([first_zero(one) for one in k_t])[number]
-    slowest = np.maximum(speed / (propeller.diameter_m * no_thrust), SLOWEST_SHAFT_RPS)
-
-    def of(which: FloatArray) -> OpenWaterPropeller:
-        index = which.astype(int)
-        return replace(
-            propeller, thrust_coefficients=k_t[index].T, torque_coefficients=k_m[index].T
-        )
-
-    def excess(
-        n: FloatArray, at_speed: FloatArray, at_code: FloatArray, which: FloatArray
-    ) -> FloatArray:
-        driven = np.sum(surface_basis(n, at_code, surface) * drive[which.astype(int)], axis=-1)
-        return np.asarray(of(which).torque_nm(n, at_speed) - driven)
-
-    shaft, found, _ = balanced(
-        excess, slowest, model.fastest_shaft_rps, speed, codes, number.astype(float)
-    )
-    thrusts = np.where(found, of(number).thrust_n(np.where(found, shaft, 1.0), speed), 0.0)
-    return np.asarray(thrusts.reshape(draws, -1).std(axis=0, ddof=1))

@@ -1,13 +1,10 @@
-r"""Slope of acceleration against thrust: plain, with noise in both, and with further terms.
+"""Slope of acceleration against thrust: plain, with noise in both, and with further terms.
 
-All of them fit du/dt = tau / M + ... and give M = 1 / slope; the samples overlap (a smoother made
-them), so no interval counts them as independent: it is that of leaving out one block of them at a
-time, with Student's t for the number of blocks (`blocks_of`).
-
-- Least squares (`linear_fit`).
-- The same slope over the reliability of the thrust, 1 - s_tau^2 / var(tau): noise in the regressor
-  pulls a slope towards zero (Fuller 1987, section 1.1).
-- Orthogonal distance with the known ratio of the noise variances (Deming 1943).
+All of them fit du/dt = tau / M + ... by least squares and give M = 1 / slope; the samples overlap
+(a smoother made them), so no interval counts them as independent: it is that of leaving out one
+block of them at a time, with Student's t for the number of blocks (`blocks_of`). Noise in the
+thrust pulls a slope towards zero: over the reliability of the thrust, 1 - s_tau^2 / var(tau), it is
+free of that (Fuller 1987, section 1.1).
 """
 
 from dataclasses import dataclass
@@ -106,61 +103,3 @@ def plain_slope(
 def reliability(thrust: FloatArray, thrust_noise: float) -> float:
     """Share of the thrust's variance that is signal, not noise; not below 0.05."""
     return float(max(1.0 - thrust_noise**2 / max(float(np.var(thrust)), 1e-300), 0.05))
-
-
-def deming_slope(
-    thrust: FloatArray, acceleration: FloatArray, thrust_noise: float, acceleration_noise: float
-) -> float:
-    r"""Slope of least orthogonal distance for known noise of both variables.
-
-    With ratio k = s_a^2 / s_tau^2 and central moments S:
-    (S_aa - k S_tt + sqrt((S_aa - k S_tt)^2 + 4 k S_ta^2)) / (2 S_ta).
-
-    >>> x = np.array([0.0, 1.0, 2.0, 3.0])
-    >>> round(deming_slope(x, 2 * x + 1, 0.1, 0.1), 6)
-    2.0
-    """
-    covariance = np.cov(thrust, acceleration)
-    if thrust_noise <= 0.0:
-        return float(covariance[0, 1] / covariance[0, 0])
-    if acceleration_noise <= 0.0:
-        return float(covariance[1, 1] / covariance[0, 1])
-    ratio = (acceleration_noise / thrust_noise) ** 2
-    if covariance[0, 1] == 0.0:
-        return 0.0
-    difference = covariance[1, 1] - ratio * covariance[0, 0]
-    root = np.sqrt(difference**2 + 4 * ratio * covariance[0, 1] ** 2)
-    if difference < 0:
-        # the same root without the loss of digits
-        return float(2 * ratio * covariance[0, 1] / (root - difference))
-    return float((difference + root) / (2 * covariance[0, 1]))
-
-
-def deming_estimate(
-    thrust: FloatArray,
-    acceleration: FloatArray,
-    stretch: IntArray,
-    lags: int,
-    noise: tuple[float, float],
-) -> Slope:
-    """Deming slope with its standard error; `noise` of thrust [N] and acceleration [m/s^2].
-
-    Samples as `least_squares` takes them.
-
-    Raises
-    ------
-    CannotComputeError
-        If the thrust varies in one place alone.
-    """
-    value = deming_slope(thrust, acceleration, *noise)
-    for size in _BLOCK_LAGS:
-        block = blocks_of(stretch, size * lags)
-        others = [block != number for number in range(int(block[-1]) + 1)]
-        # what is left must have a slope of its own
-        if all(np.ptp(thrust[one]) > 0.0 and np.ptp(acceleration[one]) > 0.0 for one in others):
-            left = np.array(
-                [deming_slope(thrust[one], acceleration[one], *noise) for one in others]
-            )
-            variance = (len(others) - 1) / len(others) * float(np.sum((left - value) ** 2))
-            return Slope(value, variance**0.5, student_95(len(others) - 1))
-    raise CannotComputeError("the thrust, or what acts beside it, varies in a single moment alone")

@@ -8,8 +8,6 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.propagation import (
     SEARCH_BEYOND,
     ThrusterFits,
-    monte_carlo_std,
-    thrust_jacobian,
 )
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.table2 import FEWEST_LIVE_CODES, table2_row
@@ -33,11 +31,6 @@ from pipeline.vehicle.schema import Vehicle
 SPEED_STEP_MPS, FASTER_STEP_MPS = 0.1, 0.2
 #: Beyond the tables the balance is followed up to this many times their last speed.
 FASTER_REACH = 3.0
-#: The two errors are compared where the thrust is larger than this [N], or than this share of the
-#: largest for a small propeller.
-CLEAR_THRUST_N, CLEAR_SHARE = 1.0, 0.1
-DRAWS = 400
-SEED = 20230304
 
 
 def static_characteristic(
@@ -88,7 +81,6 @@ def static_characteristic(
         v: table2_row(v, model, drive, code, family.thrust_max(int(np.abs(speed - v).argmin())))
         for v in table_speed.tolist()
     }
-    ratio = _monte_carlo_ratio(model, table_speed, drive)
     return StaticCharacteristic(
         speed_mps=tuple(speed.tolist()),
         code=tuple(code.tolist()),
@@ -101,9 +93,7 @@ def static_characteristic(
         advance_ratio=_matrix(family.advance_ratio),
         status=tuple(tuple(row) for row in family.status.tolist()),
         table2=tuple(row for row in table2.values() if row is not None),
-        monte_carlo_draws=DRAWS,
-        monte_carlo_ratio=ratio,
-        checks=grid_checks(family.thrust_n, family.status, ratio, DRAWS),
+        checks=grid_checks(family.thrust_n, family.status),
         faster=_faster(model, propeller, drive, code, float(speed[-1])),
         free_drag_ns2pm2=_free_drag(model.propeller),
         sources=tuple(
@@ -191,28 +181,3 @@ def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -
         degrees_of_freedom=drive_degrees(drive),
         fastest_shaft_rps=SEARCH_BEYOND * fastest,
     )
-
-
-def _monte_carlo_ratio(
-    model: ThrusterFits, speeds: FloatArray, drive: DriveFit
-) -> tuple[float, float]:
-    """Range of Monte Carlo over analytic standard error at tested codes that give clear thrust.
-
-    Closer to zero thrust a draw can fall into the dead zone, where the linear propagation ends.
-    """
-    codes = np.array([spread.code for spread in drive.codes])
-    speed, code = (a.ravel() for a in np.meshgrid(speeds, codes, indexing="ij"))
-    points = model.solve(code, speed)
-    least = min(CLEAR_THRUST_N, CLEAR_SHARE * float(points.thrust_n.max()))
-    clear = points.found & (points.thrust_n > least)
-    if not clear.any():
-        raise CannotComputeError(
-            "no tested code gives thrust at any speed of the tables: the largest is "
-            f"{float(points.thrust_n.max()):.3g} N. The drive has hardly any torque; check its "
-            "unit in load_test/"
-        )
-    jacobian = thrust_jacobian(model, points, code)[clear]
-    analytic = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, model.covariance(), jacobian))
-    drawn = monte_carlo_std(model, code[clear], speed[clear], draws=DRAWS, seed=SEED)
-    ratio = drawn / np.maximum(analytic, 1e-12)
-    return float(ratio.min()), float(ratio.max())

@@ -17,7 +17,6 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.slope_regression import (
     Slope,
-    deming_estimate,
     least_squares,
     plain_slope,
     reliability,
@@ -119,8 +118,12 @@ def straight_line(
     noise = found[0][0].noise
     scatter = THRUST_SCATTER * float(np.sqrt(np.mean(thrust[inside] ** 2)))
     mass = _dry_mass(packed, runs)
-    plain, share = _plain(
-        thrust[inside], acceleration[inside], stretch[inside], lags, (scatter, noise), mass
+    slope = plain_slope(thrust[inside], acceleration[inside], stretch[inside], lags)
+    share = reliability(thrust[inside], scatter)
+    freed = replace(slope, value=slope.value / share, std=slope.std / share)
+    plain = (
+        estimate("least squares", slope, mass, "jackknife over blocks"),
+        estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
     )
     run_number = np.concatenate([np.full(s.thrust.size, k) for k, (s, _) in enumerate(found)])
     valid = np.concatenate([s.valid for s, _ in found])
@@ -167,25 +170,6 @@ def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:
             masses.append(float(read(vector_under(known, packed.vector), "mass")))
             seconds.append(float(run.time_s[last] - run.time_s[first]))
     return float(np.average(masses, weights=seconds))
-
-
-def _plain(  # noqa: PLR0917 - one caller
-    thrust: FloatArray,
-    acceleration: FloatArray,
-    stretch: IntArray,
-    lags: int,
-    noise: tuple[float, float],
-    mass: float,
-) -> tuple[tuple[SlopeEstimate, ...], float]:
-    slope = plain_slope(thrust, acceleration, stretch, lags)
-    share = reliability(thrust, noise[0])
-    freed = replace(slope, value=slope.value / share, std=slope.std / share)
-    both = deming_estimate(thrust, acceleration, stretch, lags, noise)
-    return (
-        estimate("least squares", slope, mass, "jackknife over blocks"),
-        estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
-        estimate("orthogonal distance", both, mass, "jackknife over blocks"),
-    ), share
 
 
 def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:

@@ -174,9 +174,6 @@ class StaticCharacteristic(Record):
     advance_ratio: Matrix
     status: tuple[tuple[PointStatus, ...], ...]
     table2: tuple[StaticRow, ...]
-    monte_carlo_draws: int
-    monte_carlo_ratio: Interval
-    """Smallest and largest ratio of Monte Carlo to analytic standard error over the grid."""
     checks: tuple[Check, ...]
     explanations: tuple[str, ...]
     faster: FasterRows | None = None

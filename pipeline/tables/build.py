@@ -62,7 +62,6 @@ def build_tables(
             "table2": {
                 "rows": [_quality(row.fit.quality) for row in static.table2],
                 "checks": _checks(static.checks),
-                "monte_carlo_over_analytic": list(static.monte_carlo_ratio),
             }
             if static
             else None,

@@ -49,12 +49,10 @@ def static_section(results: VehicleResults) -> Blocks:
     )
     yield Details("Coefficients of Table 2 with intervals", (table,))
     yield _largest_code(static, published, results.inverse)
-    low, high = static.monte_carlo_ratio
     yield Text(
         "The intervals carry the scatter of the bench alone, through both fits by the slopes "
-        f"of the torque balance; {static.monte_carlo_draws} Monte Carlo draws give "
-        f"{fixed(low, 3)} to {fixed(high, 3)} of the same. A true difference between bench and "
-        "water is not in them: see the mooring test against the calculation."
+        "of the torque balance. A true difference between bench and water is not in them: see the "
+        "mooring test against the calculation."
     )
     yield tables.explained(static.explanations)
 

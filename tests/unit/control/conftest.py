@@ -123,8 +123,6 @@ def paper_static(table2: StaticTable) -> StaticCharacteristic:
         advance_ratio=zeros,
         status=tuple(tuple("live" if t > 0 else "dead" for t in row) for row in thrust),
         table2=(),
-        monte_carlo_draws=0,
-        monte_carlo_ratio=(1.0, 1.0),
         checks=(),
         explanations=(),
     )

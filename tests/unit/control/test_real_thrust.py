@@ -74,8 +74,6 @@ def test_one_live_node_has_no_slope_to_continue() -> None:
             ),
             "status": (("dead", "live"),),
             "table2": (),
-            "monte_carlo_draws": 0,
-            "monte_carlo_ratio": (1.0, 1.0),
             "checks": (),
             "explanations": (),
         }

@@ -388,8 +388,6 @@ def static_family(propeller: PropellerFit) -> StaticCharacteristic:
         advance_ratio=grid(np.where(found, speeds / (0.14 * np.maximum(shaft, 1.0)), 0.0)),
         status=tuple(tuple(row) for row in status.tolist()),
         table2=tuple(rows),
-        monte_carlo_draws=400,
-        monte_carlo_ratio=(0.962, 1.041),
         checks=(Check(name="thrust falls with speed", passed=False, text="1 of 2540 steps rise"),),
         explanations=("Codes below 20 were not on the bench.",),
     )

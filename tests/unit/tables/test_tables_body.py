@@ -60,8 +60,6 @@ def family(*speeds: float) -> StaticCharacteristic:
         advance_ratio=(),
         status=(),
         table2=rows,
-        monte_carlo_draws=0,
-        monte_carlo_ratio=(0.9, 1.1),
         checks=(),
         explanations=(),
     )
