@@ -137,11 +137,7 @@ def prediction_quality(
         for name, model in models.items()
     }
     errors["last_value"] = _held_errors(whole, later)
-    errors["black_box"] = (
-        [np.full((rows.sample.size, 1), np.nan) for rows in whole.rows]
-        if black_box is None
-        else _black_box_errors(whole, runs, black_box)
-    )
+    errors["black_box"] = _black_box_errors(whole, runs, black_box)
     return tuple(
         ChannelQuality(
             channel=rows.channel.quantity,
@@ -196,37 +192,30 @@ def _held_errors(stack: WindowStack, later: Sequence[BoolArray]) -> list[FloatAr
     found = []
     for rows, beyond in zip(stack.rows, later, strict=True):
         last = np.maximum.accumulate(np.where(beyond, -1, np.arange(beyond.size)))
-        errors = _difference(rows.channel.quantity, rows.measured, rows.measured[last])
+        held = rows.measured[last]
+        if rows.channel.quantity == "attitude":
+            errors = turn_between(held, rows.measured)
+        else:
+            errors = rows.measured - held
         errors[(last < 0) | (rows.window[last] != rows.window)] = np.nan
         found.append(errors)
     return found
 
 
-def _difference(quantity: str, measured: FloatArray, predicted: FloatArray) -> FloatArray:
-    """Measured minus predicted; for attitude the body rotation between them."""
-    if quantity == "attitude":
-        return turn_between(predicted, measured)
-    return np.asarray(measured - predicted)
-
-
 def _black_box_errors(
-    stack: WindowStack, runs: Sequence[RunTable], box: BlackBox
+    stack: WindowStack, runs: Sequence[RunTable], box: BlackBox | None
 ) -> list[FloatArray]:
-    """Errors of the black box, started from the last samples of each lead."""
+    """Errors of the black box, started from the last samples of each lead; NaN without."""
     found = [np.full_like(rows.measured, np.nan) for rows in stack.rows]
     for number, w in enumerate(stack.windows):
         end_s = w.begin_s + w.duration_s
-        forecast = box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, end_s)
-        if forecast is None:
-            continue
-        for rows, predicted in zip(stack.rows, found, strict=True):
-            own, columns = rows.window == number, forecast[1].get(rows.channel.quantity)
-            if columns is not None:
-                # an attitude that is interpolated is none of length one, and need not be
-                time_s = w.begin_s + stack.into_s(rows)[own]
-                at = [np.interp(time_s, forecast[0], column) for column in columns.T]
-                predicted[own] = np.stack(at, axis=1)
-    return [
-        _difference(rows.channel.quantity, rows.measured, predicted)
-        for rows, predicted in zip(stack.rows, found, strict=True)
-    ]
+        lead_end_s = w.begin_s + LEAD_SHARE * w.duration_s
+        forecast = None if box is None else box.predict(runs[w.run], lead_end_s, end_s)
+        for rows, errors in zip(stack.rows, found, strict=True):
+            if forecast is None or rows.channel.quantity not in forecast[1]:
+                continue
+            own = rows.window == number
+            time_s, columns = w.begin_s + stack.into_s(rows)[own], forecast[1]
+            at = [np.interp(time_s, forecast[0], one) for one in columns[rows.channel.quantity].T]
+            errors[own] = rows.measured[own] - np.stack(at, axis=1)
+    return found
