@@ -5,7 +5,6 @@ asked as the vehicle gathers speed; with N(T, V) they give it.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -17,13 +16,7 @@ from pipeline.control.allocation import (
     within_reach,
 )
 from pipeline.control.demand_grid import DemandGrid, demand_grid
-from pipeline.control.inverse import (
-    Inverse,
-    firmware_grid,
-    mooring_cubic,
-    rounded,
-    speed_cubic,
-)
+from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic
 from pipeline.control.real_thrust import RealThruster
 from pipeline.errors import CannotComputeError
 from pipeline.records.allocation import AllocationMap, SpeedError
@@ -42,8 +35,6 @@ class _Setting:
     allocator: Allocator
     thruster: RealThruster
     thrust_dead_n: float
-    round_codes: bool
-    follow_axis: bool
 
 
 @dataclass(frozen=True)
@@ -60,10 +51,6 @@ def allocation_map(
     vehicle: Vehicle,
     inverse: InverseCharacteristic,
     static: StaticCharacteristic,
-    *,
-    compensated_by: Literal["firmware", "cubic"] = "firmware",
-    round_codes: bool = False,
-    follow_axis: bool = False,
 ) -> AllocationMap:
     r"""Compare what is asked with what the thrusters give, over demands and speeds.
 
@@ -81,12 +68,6 @@ def allocation_map(
         rest of the firmware grid.
     static : StaticCharacteristic
         The real thruster, where `inverse` has no family in which measurements have a part.
-    compensated_by : {"firmware", "cubic"}
-        N(T, V) by the monotone grid, or by eq. (8).
-    round_codes : bool
-        Send whole codes.
-    follow_axis : bool
-        Real inflow of a stern thruster V cos(delta) in place of the paper's V.
 
     Returns
     -------
@@ -110,14 +91,10 @@ def allocation_map(
         if inverse.family is None
         else RealThruster.from_family(inverse.family)
     )
-    compensated: Inverse = (
-        firmware_grid(inverse)
-        if compensated_by == "firmware"
-        else speed_cubic(inverse, thrust_dead_n=dead, **codes)
-    )
+    compensated: Inverse = firmware_grid(inverse)
     moored = mooring_cubic(inverse, thrust_dead_n=dead, **codes)
     mooring: Inverse = moored or firmware_grid(inverse, at_rest=True)
-    setting = _Setting(allocator, thruster, dead, round_codes, follow_axis)
+    setting = _Setting(allocator, thruster, dead)
     rest = compensated.limits(0.0)
     grid = demand_grid(allocator, rest)
     speeds = map_speeds(vehicle.tables.speed_mps)
@@ -187,12 +164,7 @@ def _evaluate(
     channels = limited_channels(demanded_channels(grid.open(), allocator), limits, allocator)
     wanted = _stern(channels)
     code = [inverse.code(thrust, speed_mps) for thrust in wanted]
-    if setting.round_codes:
-        code = [rounded(c) for c in code]
-    inflow = speed_mps
-    if setting.follow_axis:
-        inflow *= float(np.cos(np.radians(allocator.delta_deg)))
-    real = [setting.thruster.thrust(c, inflow) for c in code]
+    real = [setting.thruster.thrust(c, speed_mps) for c in code]
     backward = -np.sign(speed_mps)
     against = [backward * thrust > setting.thrust_dead_n for thrust in wanted]
     dead = [(np.abs(t) <= setting.thrust_dead_n) & (np.abs(t) > 1e-12) for t in wanted]
@@ -267,14 +239,12 @@ def _explanations(
     static: StaticCharacteristic,
     rest: ThrustLimits,
 ) -> tuple[str, ...]:
-    inflow = (
-        "V cos(delta), the speed along its axis"
-        if setting.follow_axis
-        else "V_x, as in the paper (along its inclined axis the speed is V_x cos(delta), "
-        f"{100 * (1 - np.cos(np.radians(setting.allocator.delta_deg))):.0f} % less)"
-    )
     texts = [
-        f"The inflow of every stern thruster is taken as {inflow}.",
+        (
+            "The inflow of every stern thruster is taken as V_x, as in the paper (along its "
+            "inclined axis the speed is V_x cos(delta), "
+            f"{100 * (1 - np.cos(np.radians(setting.allocator.delta_deg))):.0f} % less)."
+        ),
         (
             f"A wanted thrust of at most {setting.thrust_dead_n:g} N gets code 0 (eqs. 7 and 8); "
             "demands that put a thruster there are scored apart (worst_with_dead_band)."

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise, was_measured
-from pipeline.identify.trial_windows import FlownWindows, TrialFlights
+from pipeline.identify.trial_windows import TrialFlights
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ChannelError
@@ -71,7 +71,7 @@ def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
 
 
 def predicted_table(
-    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: FlownWindows
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: TrialFlights
 ) -> RunTable:
     """Return what ideal sensors at their places would read of a flight, row by row of the table."""
     ideal = sensors_for(sensors, table, ideal=True)
@@ -79,21 +79,19 @@ def predicted_table(
     found = table_of_log(
         measure(flown.trajectory, packed, ideal), ideal, name=table.name, period_s=period
     )
-    rows, first = table.time_s.size, flown.first_row
     values, valid = {}, {}
     for quantity, own in found.values.items():
-        count = min(len(own), rows - first)
-        placed = np.full((rows, own.shape[1]), np.nan)
-        placed[first : first + count] = own[:count]
-        there = np.zeros(rows, bool)
-        there[first : first + count] = found.valid[quantity][:count] & flown.valid[:count]
-        placed[~there] = np.nan
-        values[quantity], valid[quantity] = placed, there
+        count = min(len(own), table.time_s.size)
+        there = np.zeros(table.time_s.size, bool)
+        there[:count] = found.valid[quantity][:count] & flown.valid[:count]
+        values[quantity] = np.full((there.size, own.shape[1]), np.nan)
+        values[quantity][there] = own[np.flatnonzero(there)]
+        valid[quantity] = there
     return replace(found, time_s=table.time_s, values=values, valid=valid, reading={}, off_row={})
 
 
 def sensor_log(
-    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: FlownWindows
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: TrialFlights
 ) -> Log:
     """Return the readings of a flight at the sensors' own rates and delays, for a log file."""
     own = sensors_for(sensors, table, ideal=False)
@@ -116,7 +114,6 @@ def compared(
     sensors: Sensors,
     table: RunTable,
     windowed: RunTable,
-    free: RunTable | None,
     flights: TrialFlights,
 ) -> tuple[ChannelError, ...]:
     """Errors of every channel that was measured and simulated.
@@ -125,8 +122,8 @@ def compared(
     ----------
     sensors : Sensors
         Of the vehicle file: the noise to compare with.
-    table, windowed, free : RunTable
-        Measured, predicted over windows, flown freely; one time base.
+    table, windowed : RunTable
+        Measured, and predicted over windows; one time base.
     flights : TrialFlights
         Where the windows lie.
     """
@@ -143,7 +140,6 @@ def compared(
         if quantity in table.reading:
             rows &= table.reading[quantity]
         short = difference(quantity, measured, components(windowed, quantity))
-        long = None if free is None else difference(quantity, measured, components(free, quantity))
         held = _held(table, quantity, measured, flights)
         for column, (name, unit) in enumerate(labels):
             own = rows & np.isfinite(short[:, column])
@@ -162,7 +158,6 @@ def compared(
                     mean_windows=float(error.mean()),
                     worst_windows=float(error[worst]),
                     worst_at_s=float(table.time_s[own][worst]),
-                    rmse_free=None if long is None else _rms(long[rows, column]),
                     rmse_last_value=_rms(held[own, column]),
                 )
             )

@@ -27,12 +27,10 @@ def trial_warnings(trial: RunTrial) -> tuple[str, ...]:
             f"{trial.windows_left_out} of {trial.windows + trial.windows_left_out} windows were "
             "not predicted: readings are missing there, or the simulation ran away."
         )
-    if trial.channels and trial.why_no_free_run:
-        found.append(f"There is no free run: {trial.why_no_free_run}")
     if trial.without_commands_s > LONG_WITHOUT_S:
         found.append(
             f"For {trial.without_commands_s:.0f} s of the run there are no commands: nothing is "
-            "predicted there, and the free run holds the last ones."
+            "predicted there."
         )
     found += [
         f"Thruster {name} is at the end of its range for {share:.0%} of the time."

@@ -1,13 +1,12 @@
-"""A run flown again by the model with the same commands: over short windows, and as one free run.
+"""A run flown again by the model with the same commands, over short windows.
 
 Each window begins where the readings just before it say that the vehicle was; what follows is a
 prediction from the commands alone. Windows lie end to end, so that all of the run but its first
-moments is predicted once. The free run starts once and is never corrected: it shows what adds up.
+moments is predicted once.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -17,46 +16,29 @@ from pipeline.identify.window_outputs import WindowStack, simulate_windows
 from pipeline.identify.window_prediction import lead_starts
 from pipeline.identify.windows import SHORTEST_BEYOND_LEAD_S, Window, cut, window_rows
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.fly import join
 from pipeline.simulate.kernel import STATE
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Trajectory, run, trajectory
-from pipeline.simulate.vector_under import vector_under
-from pipeline.types import BoolArray, FloatArray
+from pipeline.simulate.run import Trajectory, trajectory
+from pipeline.types import BoolArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 HORIZON_S = 10.0
 #: The stretch that a start comes from is short where speed is measured: over a longer one a wrong
 #: model has time to draw the start to where it would be itself. [s]
 LEAD_S, BLIND_LEAD_S = 0.6, 2.5
-#: Beyond this speed a simulation has run away. [m/s, rad/s]
-_FASTEST = 1e3
-
-
-@dataclass(frozen=True)
-class FlownWindows:
-    """A simulated motion on the time base of a table, and where it holds.
-
-    `trajectory` has a sample for each row of the table from `first_row` on; `valid` (its samples,)
-    is False where nothing was simulated.
-    """
-
-    trajectory: Trajectory
-    first_row: int
-    valid: BoolArray
 
 
 @dataclass(frozen=True)
 class TrialFlights:
-    """Both ways a run was flown again; `free` is None, with `why_no_free`, where it ran away.
+    """A run as it was flown again: a simulated motion on the time base of its table.
 
-    `windows` were predicted, `left_out` could not be: no readings before them, or a simulation that
-    ran away. `first_rows` are the rows of the table at which the predictions begin.
+    `trajectory` has a sample for each row of the table; `valid` (rows,) is False where nothing was
+    simulated. `windows` were predicted, `left_out` could not be: no readings before them, or a
+    simulation that ran away. `first_rows` are the rows at which the predictions begin.
     """
 
-    windowed: FlownWindows
-    free: FlownWindows | None
-    why_no_free: str
+    trajectory: Trajectory
+    valid: BoolArray
     windows: int
     left_out: int
     first_rows: tuple[int, ...]
@@ -71,7 +53,7 @@ def fly_trial(
     *,
     threads: int = 2,
 ) -> TrialFlights:
-    """Fly the commands of a run again, over windows of `HORIZON_S` and in one piece.
+    """Fly the commands of a run again, over windows of `HORIZON_S`.
 
     Each window starts from the readings of the `LEAD_S` before it, or of `BLIND_LEAD_S` without
     velocity and position.
@@ -126,7 +108,7 @@ def fly_trial(
         for window, start in zip(windows, starts, strict=True)
         if np.isfinite(start).all()
     ]
-    flown, windowed = _flown(packed, started, table, lead)
+    flown, motion, valid = _flown(packed, started, table, lead)
     if not flown:
         raise CannotComputeError(
             f"{table.name}: the model could not be flown over a single window of {HORIZON_S:g} s: "
@@ -134,11 +116,9 @@ def fly_trial(
             "the channels and the model: section."
         )
     begins = [int(np.searchsorted(table.time_s, one.begin_s - 1e-9)) for one in flown]
-    free, why_no_free = _free_run(packed, table, begins[0], flown[0].start, lead)
     return TrialFlights(
-        windowed,
-        free,
-        why_no_free,
+        motion,
+        valid,
         len(begins),
         len(places) - len(begins),
         tuple(begin + lead for begin in begins),
@@ -165,10 +145,10 @@ def _channels_of_starts(sensors: Sensors, table: RunTable) -> tuple[ChannelNoise
 
 def _flown(
     packed: PackedVehicle, windows: Sequence[Window], table: RunTable, lead: int
-) -> tuple[list[Window], FlownWindows]:
+) -> tuple[list[Window], Trajectory, BoolArray]:
     """Fly windows, and lay what lies beyond their leads end to end on the rows of the table.
 
-    First come those that did not run away.
+    First come those that did not run away, last where there is something.
     """
     rows, count = table.time_s.size, len(packed.thruster_names)
     state, rate, valid = np.zeros((rows, STATE)), np.zeros((rows, 6)), np.zeros(rows, bool)
@@ -192,43 +172,4 @@ def _flown(
     flown = trajectory(
         packed, command[:-1], state, rate, nothing, table.period_s, float(table.time_s[0])
     )
-    return kept, FlownWindows(flown, 0, valid)
-
-
-def _free_run(
-    packed: PackedVehicle, table: RunTable, begin: int, start: FloatArray, lead: int
-) -> tuple[FlownWindows | None, str]:
-    """Fly all of the run from one start; where commands are missing the last one holds.
-
-    The cable pulls as it did along the measured motion, wherever the free run has got to.
-    """
-    command = table.values["command"][begin:]
-    known = table.valid["command"][begin:] & np.isfinite(command).all(axis=1)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(command)), 0))
-    period = table.period_s
-    held = np.nan_to_num(command[last])[:-1]
-    bounds = [begin, *(row for row in table.changes if begin < row < begin + len(held))]
-    pieces: list[Trajectory] = []
-    try:
-        for first, end in pairwise([*bounds, begin + len(held)]):
-            at_s = float(table.time_s[first])
-            pieces.append(
-                run(
-                    packed,
-                    held[first - begin : end - begin],
-                    dt_s=period,
-                    vector=vector_under(table.conditions_at(at_s), packed.vector),
-                    start=pieces[-1].final_state if pieces else start,
-                    external=table.force_over(slice(first, end)),
-                    start_time_s=at_s,
-                )
-            )
-    except CannotComputeError as error:
-        return None, str(error)
-    found = join(pieces)
-    fast = np.abs(found.nu).max(axis=1) > _FASTEST
-    if fast.any():
-        at_s = float(found.time_s[int(np.argmax(fast))])
-        return None, f"the simulated vehicle ran away {at_s:.0f} s after the start of the run."
-    valid = np.arange(len(command)) >= lead
-    return FlownWindows(found, begin, valid), ""
+    return kept, flown, valid

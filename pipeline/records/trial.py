@@ -51,7 +51,6 @@ class ChannelError(Record):
     mean_windows: float
     worst_windows: float
     worst_at_s: float
-    rmse_free: float | None
     rmse_last_value: float | None
 
     @property
@@ -86,7 +85,6 @@ class RunTrial(Record):
     windows_left_out: int = 0
     without_commands_s: float = 0.0
     channels: tuple[ChannelError, ...] = ()
-    why_no_free_run: str = ""
     manoeuvres: tuple[ManoeuvreFound, ...] = ()
     commands_at_limit: dict[str, float] = Field(default_factory=dict)
     """Thruster -> share of the time at the end of its range of codes."""

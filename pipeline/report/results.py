@@ -155,7 +155,6 @@ class RunResults:
     trial: trial_records.RunTrial | None = None
     measured: RunTable | None = None
     windows: RunTable | None = None
-    free: RunTable | None = None
     files: tuple[tuple[str, str], ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
 

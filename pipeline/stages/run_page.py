@@ -71,7 +71,6 @@ def _results(
         trial=trial.record,
         measured=tables.get("measured"),
         windows=tables.get("windows"),
-        free=tables.get("free"),
         files=tuple(
             (label, address_from(page, file))
             for ending, label in (

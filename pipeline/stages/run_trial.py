@@ -8,7 +8,6 @@ import numpy as np
 
 from pipeline.control.code_limits import at_limit
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
-from pipeline.export.log_topics import WaterConstants, topics_of_log
 from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
@@ -27,11 +26,8 @@ from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
 
 if TYPE_CHECKING:
-    from pipeline.identify.trial_windows import FlownWindows, TrialFlights
+    from pipeline.identify.trial_windows import TrialFlights
     from pipeline.simulate.pack import PackedVehicle
-
-#: Where the free run stands in the overlay; the windows are directly under ``/sim``.
-FREE_PREFIX = "/sim/free_run"
 
 
 @leaves_record
@@ -86,10 +82,8 @@ def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) ->
     sensors = one.vehicle.sensors or Sensors()
     table = with_known(table, stored.notes, one)
     flights = fly_trial(one.packed, sensors, table)
-    tables = {"windows": predicted_table(one.packed, sensors, table, flights.windowed)}
-    if flights.free is not None:
-        tables["free"] = predicted_table(one.packed, sensors, table, flights.free)
-    write_tables(_arrays(job), tables)
+    predicted = predicted_table(one.packed, sensors, table, flights)
+    write_tables(_arrays(job), {"windows": predicted})
     notes = [*one.notes, *(() if table.known is None else table.known.notes)]
     try:
         notes += _write_overlay(job, stored, table, one.vehicle, one.packed, flights)
@@ -104,8 +98,7 @@ def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) ->
             "lead_s": flights.lead_s,
             "windows": flights.windows,
             "windows_left_out": flights.left_out,
-            "channels": compared(sensors, table, tables["windows"], tables.get("free"), flights),
-            "why_no_free_run": flights.why_no_free,
+            "channels": compared(sensors, table, predicted, flights),
             "notes": tuple(notes),
             "files": {path.as_posix(): file_digest(path) for path in files},
         }
@@ -125,10 +118,9 @@ def _write_overlay(  # noqa: PLR0917 - one caller
 
     sensors = vehicle.sensors or Sensors()
     log = next(path for path in job.inputs if is_log_name(path.name))
-    windows = sensor_log(packed, sensors, table, flights.windowed)
-    water = WaterConstants(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
+    windows = sensor_log(packed, sensors, table, flights)
     metadata = {
-        "simulated": f"windows of {flights.horizon_s:g} s under /sim, free run under {FREE_PREFIX}",
+        "simulated": f"windows of {flights.horizon_s:g} s under /sim",
         "code": job.code,
         "log_sha256": file_digest(log),
     }
@@ -139,8 +131,8 @@ def _write_overlay(  # noqa: PLR0917 - one caller
             _overlay(job),
             {"command": windows["command"]},
             vehicle_name=job.vehicle_name,
-            density_kgpm3=water.density_kgpm3,
-            gravity_mps2=water.gravity_mps2,
+            density_kgpm3=vehicle.water.density_kgpm3,
+            gravity_mps2=vehicle.water.gravity_mps2,
             simulated={name: one for name, one in windows.items() if name != "command"},
             metadata=metadata,
             start_time_ns=table.start_time_ns,
@@ -151,29 +143,17 @@ def _write_overlay(  # noqa: PLR0917 - one caller
                 "together with the log of the simulated channels."
             )
         ]
-    more = []
-    if flights.free is not None:
-        free = sensor_log(packed, sensors, table, _with_times(flights.free))
-        more = topics_of_log(
-            {name: one for name, one in free.items() if name != "command"}, water, FREE_PREFIX
-        )
     write_overlay(
         _overlay(job),
         RecordedFile(log, stored.file),
         windows,
         vehicle_name=job.vehicle_name,
-        density_kgpm3=water.density_kgpm3,
-        gravity_mps2=water.gravity_mps2,
+        density_kgpm3=vehicle.water.density_kgpm3,
+        gravity_mps2=vehicle.water.gravity_mps2,
         start_time_ns=table.start_time_ns,
-        more=more,
         metadata=metadata,
     )
     return []
-
-
-def _with_times(flown: "FlownWindows") -> "FlownWindows":
-    """Return the free run with all of its samples, its lead included: there it is what it is."""
-    return replace(flown, valid=np.ones_like(flown.valid))
 
 
 def _without_commands(table: RunTable) -> float:

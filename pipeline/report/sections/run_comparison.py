@@ -45,8 +45,8 @@ TITLES: dict[str, str] = {
 }
 #: Fewer readings than this are drawn as points.
 FEW_READINGS = 400
-#: Curves of one component: measured, free run, windows, error.
-CURVES = 4
+#: Curves of one component: measured, windows, error.
+CURVES = 3
 TIME_LABEL = "time since the start of the log  [s]"
 
 
@@ -59,8 +59,6 @@ class _Series:
     measured: FloatArray
     windows: FloatArray
     residual: FloatArray
-    free: tuple[FloatArray, FloatArray]
-    """Its own times, and the values of the free run."""
 
 
 @chapter("comparison", "Measured against simulated")
@@ -81,8 +79,7 @@ def comparison_section(results: RunResults) -> Blocks:
     yield Text(
         f"Predicted: by the vehicle file, {trial.windows} times {trial.horizon_s or 0.0:g} s end "
         f"to end, each from a start that the {trial.lead_s or 0.0:g} s of readings before it "
-        "give; this shows how good the model is. Free run: one simulation from the start, never "
-        "corrected; it shows what adds up, and drifts with the best of models."
+        "give; this shows how good the model is."
     )
     yield Table.of(
         "Errors of the simulation",
@@ -98,17 +95,16 @@ def comparison_section(results: RunResults) -> Blocks:
     yield Bullets(trial.notes) if trial.notes else None
     by_quantity: dict[str, list[_Series]] = {}
     for one in trial.channels:
-        own = _series(one, results.measured, results.windows, results.free)
+        own = _series(one, results.measured, results.windows)
         by_quantity.setdefault(one.quantity, []).append(own)
     figures = {
         name: zoomable_figure(
             figure_name(name),
             _lead(name, series),
             f"{TITLES[name]}. Black (white on a dark page): readings. Blue: predicted from the "
-            "commands, time and again from a start that was estimated just before. Orange: one "
-            "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
-            "less prediction; the grey band is twice the sensor's noise where the vehicle file "
-            "states it.",
+            "commands, time and again from a start that was estimated just before. Lower panels: "
+            "reading less prediction; the grey band is twice the sensor's noise where the vehicle "
+            "file states it.",
             [panel for one in series for panel in _panels(one)],
             x_label=TIME_LABEL,
             x_axis=Axis(ends=(0.0, float(results.measured.time_s[-1]))),
@@ -152,7 +148,6 @@ def _error_row(one: ChannelError) -> dict[str, str]:
         "Noise with offset": "not stated" if noise is None else general(factor * noise, 2),
         "Error over noise": general(ratio, 2),
         "Last value kept, rms": general(one.rmse_last_value and factor * one.rmse_last_value, 3),
-        "Free run, rms": general(one.rmse_free and factor * one.rmse_free, 3),
         "Error, mean": signed(factor * one.mean_windows, decimals),
         "Error, largest": f"{general(factor * one.worst_windows, 3)} at "
         f"{fixed(one.worst_at_s, 1)} s",
@@ -181,7 +176,6 @@ def _panels(one: _Series) -> tuple[Panel, Panel]:
         f"{short_name(one.error.channel)}  [{unit}]",
         (
             Trace("measured", one.time_s, factor * one.measured, plotting.INK, style, 1.4),
-            Trace("free run", one.free[0], factor * one.free[1], plotting.ORANGE),
             Trace("predicted", one.time_s, factor * one.windows, plotting.BLUE),
         ),
         height=1.2,
@@ -207,9 +201,7 @@ def _lead(quantity: str, series: list[_Series]) -> str:
     return f"{TITLES[quantity]}: simulated {', '.join(parts)} (rms)."
 
 
-def _series(
-    error: ChannelError, measured: RunTable, windows: RunTable, flown: RunTable | None
-) -> _Series:
+def _series(error: ChannelError, measured: RunTable, windows: RunTable) -> _Series:
     quantity, turning = error.quantity, error.quantity == "attitude"
     names = [name for name, _ in COMPONENTS[quantity]] or list(measured.thrusters)
     column = names.index(error.channel)
@@ -225,11 +217,5 @@ def _series(
     residual = difference(quantity, own[:, None], short[:, None])[:, 0]
     short = own - residual if turning else short
     rows = measured.valid[quantity] & np.isfinite(own) & measured.reading.get(quantity, True)
-    free = np.full(own.shape, np.nan)
-    if flown is not None and quantity in flown.values:
-        free = values(flown)
-        both = np.flatnonzero(rows & np.isfinite(free))
-        if turning and both.size:
-            free += 2 * np.pi * np.round((own[both[0]] - free[both[0]]) / (2 * np.pi))
     time_s, *shown = (one[rows] for one in (measured.time_s, own, short, residual))
-    return _Series(error, time_s, shown[0], shown[1], shown[2], (measured.time_s, free))
+    return _Series(error, time_s, shown[0], shown[1], shown[2])

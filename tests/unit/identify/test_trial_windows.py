@@ -49,9 +49,8 @@ def errors(
     packed: PackedVehicle, sensors: Sensors, table: RunTable
 ) -> tuple[TrialFlights, dict[str, ChannelError]]:
     flights = fly_trial(packed, sensors, table, threads=1)
-    windows = predicted_table(packed, sensors, table, flights.windowed)
-    free = None if flights.free is None else predicted_table(packed, sensors, table, flights.free)
-    found = compared(sensors, table, windows, free, flights)
+    windows = predicted_table(packed, sensors, table, flights)
+    found = compared(sensors, table, windows, flights)
     return flights, {one.channel: one for one in found}
 
 
@@ -63,7 +62,7 @@ def right(
 
 
 def test_right_model_predicts_to_the_noise(
-    rov: tuple[PackedVehicle, Sensors], right: tuple[TrialFlights, dict[str, ChannelError]]
+    right: tuple[TrialFlights, dict[str, ChannelError]],
 ) -> None:
     flights, found = right
     assert (flights.windows, flights.left_out) == (4, 0)
@@ -73,9 +72,6 @@ def test_right_model_predicts_to_the_noise(
         # the start takes up the offset that is part of the depth sensor's noise
         assert 0.2 < over < 1.5, name
         assert not found[name].loses, name
-    free = found["w"].rmse_free
-    assert free is not None
-    assert free < 1.5 * rov[1].dvl.noise_mps  # type: ignore[union-attr]
     held = found["down"].rmse_last_value
     assert held is not None
     assert held > 10 * found["down"].rmse_windows, "the vehicle dives, so holding must lose"
@@ -87,11 +83,11 @@ def test_windows_cover_the_run_once(
     right: tuple[TrialFlights, dict[str, ChannelError]],
 ) -> None:
     flights = right[0]
-    covered = table.time_s[flights.windowed.valid]
+    covered = table.time_s[flights.valid]
     assert covered[0] == pytest.approx(flights.lead_s)
     assert covered[-1] == pytest.approx(table.time_s[-1])
     assert np.diff(covered).max() == pytest.approx(0.02)
-    heave = predicted_table(*rov, table, flights.windowed).values["velocity"][:, 2]
+    heave = predicted_table(*rov, table, flights).values["velocity"][:, 2]
     assert np.isnan(heave[: round(flights.lead_s / 0.02) - 1]).all()
 
 
@@ -119,13 +115,12 @@ def test_gap_in_the_commands_costs_its_windows_alone(
     holed = replace(table, values=values, valid={**table.valid, "command": there})
     flights, found = errors(*rov, holed)
     assert (flights.windows, flights.left_out) == (5, 0)
-    covered = flights.windowed.valid
+    covered = flights.valid
     assert not covered[701:720].any(), "the last command known leads to the row after it"
     assert not covered[720:750].any(), "a new start is estimated after the gap"
     assert covered[750:].all()
     assert covered[30:701].all()
     assert found["w"].over_noise == pytest.approx(1.0, abs=0.4)
-    assert flights.free is not None, "the last command holds"
 
 
 def test_run_without_commands_or_motion_is_refused(
@@ -153,7 +148,7 @@ def channel(**more: float | None) -> ChannelError:
     values: dict[str, object] = {
         "channel": "u", "quantity": "velocity", "unit": "m/s", "readings": 9, "sensor_noise": 0.01,
         "rmse_windows": 0.05, "mean_windows": 0.0, "worst_windows": 0.1, "worst_at_s": 1.0,
-        "rmse_free": None, "rmse_last_value": 0.04,
+        "rmse_last_value": 0.04,
     }  # fmt: skip
     return ChannelError.model_validate({**values, **more})
 
@@ -223,8 +218,7 @@ def test_start_of_a_window_does_not_flatter_a_wrong_model(
     flights = fly_trial(wrong, sensors, table, threads=1)
     row_of = np.searchsorted(truth.time_s, table.time_s - 1e-9)
     heave = truth.nu[row_of, 2]
-    flown = flights.windowed
-    estimated = (flown.trajectory.nu[:, 2] - heave)[flown.valid]
+    estimated = (flights.trajectory.nu[:, 2] - heave)[flights.valid]
     exact = []
     actuator = actuator_states(wrong, table.values["command"], 0.02)
     for begin, end in pairwise((*flights.first_rows, table.time_s.size)):

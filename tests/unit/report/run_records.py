@@ -61,7 +61,6 @@ def run_results(vehicle: Vehicle, *, seconds: float = 20.0, name: str = "zig-zag
         ),
         measured=table(0.1),
         windows=table(0.05),
-        free=table(0.02),
         files=(("Log with measured and simulated channels (MCAP)", "../../../x.mcap"),),
         provenance={"rig2sea": "0.1.0"},
     )  # fmt: skip
@@ -71,7 +70,7 @@ def _errors(thrusters: tuple[str, ...]) -> tuple[ChannelError, ...]:
     return tuple(
         ChannelError(
             channel=channel, quantity=quantity, unit=unit, readings=400, sensor_noise=0.1,
-            rmse_windows=0.2, mean_windows=0.01, worst_windows=0.7, worst_at_s=3.0, rmse_free=0.4,
+            rmse_windows=0.2, mean_windows=0.01, worst_windows=0.7, worst_at_s=3.0,
             rmse_last_value=0.5,
         )
         for quantity, named in COMPONENTS.items()
