@@ -8,6 +8,7 @@ the manoeuvres of `pipeline.simulate.manoeuvres` on the bundled vehicles.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,8 +27,6 @@ from pipeline.types import FloatArray
 
 #: A command below this share of its range is off; thrusters are if all are for so long. [s]
 _OFF, _LEAST_OFF_S = 0.01, 3.0
-#: Windows in which an excitation is looked for. [s]
-_WINDOW_S = 30.0
 #: Steps are taken to begin and end so long before and after they move; what is left beside them
 #: belongs to them where it is shorter than that. [s]
 _PLATEAU_S, _LEAST_S = 12.0, 8.0
@@ -70,27 +69,13 @@ def find_manoeuvres(
 
 def _driven(signals: Signals, part: Range) -> list[Group]:
     """Name the stretches of a part in which thrusters are commanded."""
-    found = _loud(signals, part)
-    for inner in _rest(part, [(one.begin, one.end) for one in found]):
-        found += _chosen(groups_of(signals, inner))
-    placed, left = _spread(part, found, _PLATEAU_S, _LEAST_S)
+    excited = broadband(signals, part)
+    if excited is not None:
+        return [excited]
+    placed, left = _spread(part, _chosen(groups_of(signals, part)), _PLATEAU_S, _LEAST_S)
     for one in left:
         placed += _steady(signals, one)
     return placed
-
-
-def _loud(signals: Signals, part: Range) -> list[Group]:
-    """Stretches of broad-band commands: the whole part, or what of it windows show."""
-    whole = broadband(signals, part)
-    if whole is not None:
-        return [whole]
-    window, hop = round(_WINDOW_S / PERIOD_S), round(_WINDOW_S / PERIOD_S / 6)
-    mark = np.zeros(signals.time_s.size, np.bool_)
-    for begin in range(part[0], part[1] - window + 1, hop):
-        if broadband(signals, (begin, begin + window)) is not None:
-            mark[begin : begin + window] = True
-    found = [broadband(signals, one) for one in stretches(mark)]
-    return [one for one in found if one is not None]
 
 
 def _chosen(groups: Sequence[Group]) -> list[Group]:
@@ -114,23 +99,19 @@ def _spread(
     """
     room, short = round(room_s / PERIOD_S), round(short_s / PERIOD_S)
     groups = sorted(groups, key=lambda one: one.begin)
-    begins, ends, left = [one.begin for one in groups], [one.end for one in groups], []
-    for k in range(len(groups) + 1):
-        before, after = k > 0, k < len(groups)
-        begin = ends[k - 1] if before else part[0]
-        end = begins[k] if after else part[1]
-        if end - begin < (before + after) * room + short and groups:
+    edges, left = [part[0], *(at for one in groups for at in (one.begin, one.end)), part[1]], []
+    for k in range(0, len(edges), 2):
+        before, after = k > 0, k + 2 < len(edges)
+        begin, end = edges[k : k + 2]
+        if groups and end - begin < (before + after) * room + short:
             begin = end = (begin + end) // 2 if before and after else end if before else begin
         else:
             begin, end = begin + before * room, end - after * room
             left.append((begin, end))
-        if before:
-            ends[k - 1] = begin
-        if after:
-            begins[k] = end
+        edges[k : k + 2] = begin, end
     placed = [
-        Group(begin, end, one.name, one.sentence, one.confidence)
-        for one, begin, end in zip(groups, begins, ends, strict=True)
+        replace(one, begin=begin, end=end)
+        for one, begin, end in zip(groups, edges[1:-1:2], edges[2::2], strict=True)
     ]
     return placed, left
 
@@ -140,11 +121,11 @@ def _steady(signals: Signals, part: Range) -> list[Group]:
     if not _long(part, _LEAST_LEG_S):
         return []
     if not signals.known[slice(*part)].mean() > 0.5:
-        return [Group(*part, "mixed", "the commands are not known", 0.5)]
+        return [Group(*part, "mixed", "the commands are not known")]
     surge = signals.channels.get("surge")
     if surge is None:
         text = "heading, attitude and depth are held; the speed was not measured"
-        return [Group(*part, "hover", text, 0.5)]
+        return [Group(*part, "hover", text)]
     limit = max(_UNDER_WAY_MPS, _UNDER_WAY_SHARE * float(np.abs(surge).max()))
     under_way = np.zeros(surge.size, np.bool_)
     under_way[slice(*part)] = np.abs(surge[slice(*part)]) > limit
@@ -154,7 +135,7 @@ def _steady(signals: Signals, part: Range) -> list[Group]:
     found, left = _spread(part, moving, 0.0, _PLATEAU_S)
     for one in left:
         text = f"holds its place: at most {np.abs(surge[slice(*one)]).max():.2f} m/s"
-        found.append(Group(*one, "hover", text, 0.8))
+        found.append(Group(*one, "hover", text))
     return found
 
 
@@ -163,7 +144,7 @@ def _straight(channel: FloatArray, part: Range) -> Group:
     speed = float(np.median(np.abs(surge)))
     turns = int((np.diff(np.sign(surge[np.abs(surge) > 0.3 * speed])) != 0).sum())
     how = f"to and fro, {turns + 1} legs" if turns else "ahead" if surge.mean() > 0 else "astern"
-    return Group(*part, "straight", f"straight {how}, at {speed:.2f} m/s", 0.8)
+    return Group(*part, "straight", f"straight {how}, at {speed:.2f} m/s")
 
 
 def _off(signals: Signals, part: Range) -> Group:
@@ -177,11 +158,11 @@ def _off(signals: Signals, part: Range) -> Group:
     speed = largest.get("surge", 0.0)
     if turning > _TURNING_RADPS:
         text = f"no command; it begins with {np.degrees(turning):.1f} deg/s, {speed:.2f} m/s"
-        return Group(*part, "free_decay", text, 0.9)
+        return Group(*part, "free_decay", text)
     if speed > _COASTING_MPS:
         text = f"no command; it slows down from {speed:.2f} m/s"
-        return Group(*part, "coast_down", text, 0.9)
-    return Group(*part, "idle", "no command and no motion", 0.9)
+        return Group(*part, "coast_down", text)
+    return Group(*part, "idle", "no command and no motion")
 
 
 def _rest(whole: Range, taken: Sequence[Range]) -> Iterator[Range]:
@@ -202,7 +183,6 @@ def _told(signals: Signals, one: Group) -> ManoeuvreFound:
         from_s=float(np.round(time_s[one.begin], 3)),
         to_s=float(np.round(time_s[min(one.end, time_s.size - 1)], 3)),
         sentence=one.sentence,
-        confidence=float(np.round(np.clip(one.confidence, 0.0, 1.0), 2)),
     )
 
 

@@ -43,13 +43,12 @@ _MOVES = {"heading": 0.012, "pitch": 0.009, "roll": 0.009, "surge": 0.03, "depth
 
 @dataclass(frozen=True)
 class Group:
-    """Samples `begin` to `end`, what they are, and how plainly."""
+    """Samples `begin` to `end`, and what they are."""
 
     begin: int
     end: int
     name: ManoeuvreName
     sentence: str
-    confidence: float
 
 
 def groups_of(signals: Signals, part: Range) -> list[Group]:
@@ -96,25 +95,27 @@ def _near_each_other(found: Sequence[Swing]) -> list[list[Swing]]:
 def _heading(signals: Signals, group: Sequence[Swing]) -> Group:
     """Circle, spiral, zig-zag or steps of heading."""
     begin, end = group[0].begin, group[-1].end
-    starboard = sum(max(one.change, 0.0) for one in group) / _DEGREE
-    port = -sum(min(one.change, 0.0) for one in group) / _DEGREE
+    starboard = sum(max(one.change, 0.0) for one in group)
+    port = -sum(min(one.change, 0.0) for one in group)
     largest = max(abs(one.change) for one in group)
     less, more = sorted((starboard, port))
     surge = signals.channels.get("surge")
     speed = 0.0 if surge is None else float(np.median(np.abs(surge[begin:end])))
     at = ", at a speed not measured" if surge is None else f", at {speed:.2f} m/s"
-    if min(less * _DEGREE, largest) > _SPIRAL_RAD:
-        text = f"turns {starboard:.0f} deg to starboard and {port:.0f} to port"
-        return Group(begin, end, "spiral", text + at, 0.85)
-    if more * _DEGREE > _CIRCLE_RAD and less < 0.2 * more:
-        way = "starboard" if starboard > port else "port"
-        return Group(begin, end, "circle", f"turns {more:.0f} deg to {way}{at}", 0.9)
     reversals = sum(one.change * other.change < 0 for one, other in pairwise(group))
-    if reversals >= 2 and speed > 0.1:
-        text = f"heading swings {reversals} times to the other side, by up to "
-        text += f"{largest / _DEGREE:.0f} deg{at}"
-        return Group(begin, end, "zig_zag", text, 0.6 + 0.1 * min(reversals - 1, 3))
-    return _steps(signals, "heading", group, at)
+    name: ManoeuvreName
+    if min(less, largest) > _SPIRAL_RAD:
+        name = "spiral"
+        text = f"turns {starboard / _DEGREE:.0f} deg to starboard and {port / _DEGREE:.0f} to port"
+    elif more > _CIRCLE_RAD and less < 0.2 * more:
+        way = "starboard" if starboard > port else "port"
+        name, text = "circle", f"turns {more / _DEGREE:.0f} deg to {way}"
+    elif reversals >= 2 and speed > 0.1:
+        name, text = "zig_zag", f"heading swings {reversals} times to the other side, by up to "
+        text += f"{largest / _DEGREE:.0f} deg"
+    else:
+        return _steps(signals, "heading", group, at)
+    return Group(begin, end, name, text + at)
 
 
 def _steps(signals: Signals, axis: str, group: Sequence[Swing], at: str = "") -> Group:
@@ -123,7 +124,7 @@ def _steps(signals: Signals, axis: str, group: Sequence[Swing], at: str = "") ->
     channel = signals.channels[axis][begin:end] / (_DEGREE if unit == "deg" else 1.0)
     times = "1 movement" if len(group) == 1 else f"{len(group)} movements"
     text = f"{times} of {axis} between {channel.min():.3g} and {channel.max():.3g} {unit}{at}"
-    return Group(begin, end, name, text, 0.5 + 0.1 * min(len(group), 4))
+    return Group(begin, end, name, text)
 
 
 def _several_axes(found: list[Group]) -> list[Group]:
@@ -140,7 +141,7 @@ def _several_axes(found: list[Group]) -> list[Group]:
             end = max(other.end for other in together)
             text = "; ".join(other.sentence for other in together)
             rest = [one for one in found if one not in together]
-            return [Group(begin, end, "mixed", text, 0.6), *_several_axes(rest)]
+            return [Group(begin, end, "mixed", text), *_several_axes(rest)]
     return found
 
 
@@ -155,19 +156,17 @@ def _surge(signals: Signals, part: Range) -> list[Group]:
     push = np.abs(signals.command).max(axis=1)
     ramps = []
     for one in moves:
-        first, _, last = (
-            float(third.mean()) for third in np.array_split(push[one.begin : one.end], 3)
-        )
-        rises = speed[one.end - 1] > speed[one.begin] and last > _RISES * first
+        first, _, last = np.array_split(push[one.begin : one.end], 3)
+        rises = speed[one.end - 1] > speed[one.begin] and last.mean() > _RISES * first.mean()
         if rises and (one.end - one.begin) * PERIOD_S >= _LEAST_RAMP_S:
             ramps.append(one)
     if ramps:
         return _ramps(speed, moves, ramps)
     found: list[Group] = []
     for group in _near_each_other(moves):
-        first, last = group[0].begin, group[-1].end
         # between movements the vehicle keeps a speed; the last is kept to the end of the part
-        edges = [*(one.begin for one in group[1:]), min(last + round(3.0 / PERIOD_S), part[1])]
+        end = group[-1].end
+        edges = [*(one.begin for one in group[1:]), min(end + round(3.0 / PERIOD_S), part[1])]
         levels = [
             float(np.median(speed[one.end - 1 : max(edge, one.end)]))
             for one, edge in zip(group, edges, strict=True)
@@ -175,7 +174,7 @@ def _surge(signals: Signals, part: Range) -> list[Group]:
         under_way = [level for level in levels if level > 0.12 * fastest]
         if len(group) > 1 and under_way and max(under_way) - min(under_way) > 0.2 * fastest:
             text = f"steps of speed: {', '.join(f'{level:.2f}' for level in levels[:8])} m/s"
-            found.append(Group(first, last, "surge_steps", text, 0.5 + 0.1 * min(len(group), 4)))
+            found.append(Group(group[0].begin, end, "surge_steps", text))
     return found
 
 
@@ -185,13 +184,13 @@ def _ramps(speed: FloatArray, moves: Sequence[Swing], ramps: Sequence[Swing]) ->
     slow = [one.begin for one in moves if one.begin >= ramps[-1].end]
     text = f"surge rises along a ramp to {speed[first:last].max():.2f} m/s"
     if len(ramps) > 1:
-        return [Group(first, last, "surge_ramp", f"{text}, {len(ramps)} times", 0.85)]
+        return [Group(first, last, "surge_ramp", f"{text}, {len(ramps)} times")]
     if not slow:
-        return [Group(first, last, "surge_ramp", text, 0.7)]
+        return [Group(first, last, "surge_ramp", text)]
     said = f"slows down from {speed[slow[0]]:.2f} to {speed[last - 1]:.2f} m/s"
     return [
-        Group(first, slow[0], "surge_ramp", text, 0.85),
-        Group(slow[0], last, "coast_down", said, 0.7),
+        Group(first, slow[0], "surge_ramp", text),
+        Group(slow[0], last, "coast_down", said),
     ]
 
 
@@ -201,11 +200,11 @@ def broadband(signals: Signals, part: Range) -> Group | None:
     if len(command) < 100:
         return None
     varied = command - command.mean(axis=0)
-    size = float(varied.std(axis=0).max())
     steps = np.abs(np.diff(command, axis=0))
     still = float((steps <= _STILL_STEP).all(axis=1).mean())
     jumping = float((steps > _JUMP).any(axis=1).mean())
-    if size < _LEAST_SIZE or (still > _MOST_STILL and jumping < _LEAST_JUMPING):
+    size = varied.std(axis=0)
+    if size.max() < _LEAST_SIZE or (still > _MOST_STILL and jumping < _LEAST_JUMPING):
         return None
     fast, even, noisy = _shape(varied)
     axes = [
@@ -218,10 +217,7 @@ def broadband(signals: Signals, part: Range) -> Group | None:
         return None
     if len(axes) < (1 if still <= _MOST_STILL else 2):
         return None
-    busy = max(_MOST_STILL - still, jumping - _LEAST_JUMPING)
-    margin = min((fast - _LEAST_FAST) / 0.2, busy / 0.2, (size - _LEAST_SIZE) / 0.1)
-    strongest = int(np.argmax(varied.std(axis=0)))
-    own = steps[:, strongest]
+    own = steps[:, int(np.argmax(size))]
     centres = []
     for quarter in np.array_split(varied, 4):
         frequency, power = _spectrum(quarter)
@@ -232,8 +228,7 @@ def broadband(signals: Signals, part: Range) -> Group | None:
         name = "prbs"
     elif all(b > 1.1 * a for a, b in pairwise(centres)) and centres[3] > 2.0 * centres[0]:
         name = "chirp"
-    text = f"commands of many frequencies; {', '.join(axes)} move"
-    return Group(*part, name, text, 0.5 + 0.45 * float(np.clip(margin, 0.0, 1.0)))
+    return Group(*part, name, f"commands of many frequencies; {', '.join(axes)} move")
 
 
 def _spectrum(varied: FloatArray) -> tuple[FloatArray, FloatArray]:

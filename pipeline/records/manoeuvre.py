@@ -1,8 +1,6 @@
 """What was flown in a stretch of a run, as far as the readings show it."""
 
-from typing import Annotated, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from pipeline.records.base import Record
 
@@ -31,12 +29,10 @@ ManoeuvreName = Literal[
 class ManoeuvreFound(Record):
     """A stretch of a run and what it was.
 
-    `from_s`, `to_s` count from the start of the run's table. `confidence` is a rule of thumb, no
-    probability: 1 where every criterion is met with room to spare, 0.5 where just so.
+    `from_s`, `to_s` count from the start of the run's table.
     """
 
     name: ManoeuvreName
     from_s: float
     to_s: float
     sentence: str
-    confidence: Annotated[float, Field(ge=0.0, le=1.0)]

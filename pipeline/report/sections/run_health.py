@@ -152,7 +152,6 @@ def manoeuvres_section(results: RunResults) -> Blocks:
             "Manoeuvre": manoeuvre_words(one.name),
             "From [s]": fixed(one.from_s, 1),
             "To [s]": fixed(one.to_s, 1),
-            "Confidence": percent(one.confidence),
             "What was seen": one.sentence,
         },
     )

@@ -53,7 +53,7 @@ def run_results(vehicle: Vehicle, *, seconds: float = 20.0, name: str = "zig-zag
             horizon_s=10.0, lead_s=2.5, windows=int(seconds / 10), channels=_errors(thrusters),
             manoeuvres=(
                 ManoeuvreFound(
-                    name="zig_zag", from_s=2.0, to_s=0.8 * seconds, confidence=0.9,
+                    name="zig_zag", from_s=2.0, to_s=0.8 * seconds,
                     sentence="20 deg to either side",
                 ),
             ),
