@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import f
 
-from pipeline.identify.propagation import thrust_jacobian
+from pipeline.identify.working_grid import thrust_jacobian
 from pipeline.identify.static import thruster_model
 from pipeline.provenance import read_envelope
 from pipeline.records.fits import DriveFit, PropellerFit

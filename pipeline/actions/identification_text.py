@@ -53,11 +53,6 @@ def _whole(fit: VehicleIdentification) -> list[str]:
     if fit.cannot_identify:
         lines += ["", "? Of these the runs do not tell enough to use them:"]
         lines += [f"  {sentence}" for sentence in fit.cannot_identify]
-    if fit.correlations:
-        pairs = ", ".join(
-            f"{one.first} and {one.second} ({one.coefficient:+.2f})" for one in fit.correlations
-        )
-        lines += ["", f"Hardly told apart: {pairs}"]
     lines += ["", *_quality(fit.quality, fit.holdout)]
     return [*lines, *(f"note: {note}" for note in fit.notes)]
 

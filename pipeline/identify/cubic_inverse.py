@@ -1,13 +1,132 @@
-"""Table 4: the inverse characteristic N(T, V) as one cubic a speed."""
+"""The inverse characteristics as cubics: Table 3 from the mooring test, Table 4 at speed."""
 
 import numpy as np
 
-from pipeline.identify.polynomial import as_intervals
-from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
+from pipeline.errors import CannotComputeError
+from pipeline.identify.polynomial import as_intervals, fit_polynomial
+from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family, curve_from_measurements
 from pipeline.physics.propeller import polynomial
-from pipeline.records.fits import SpeedInverse, StaticRow
+from pipeline.records.fits import PolynomialFit, SpeedInverse, StaticRow
 from pipeline.records.intervals import interval_factor
+from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, is_at_supply
+
+#: Kostenko 2023, eq. (7).
+DEGREE = 3
+
+
+def points_for_tables(mooring: MooringRecord, vehicle: Vehicle) -> tuple[MooringPoint, ...]:
+    """Usable points at the supply voltage that the tables are for.
+
+    Raises
+    ------
+    CannotComputeError
+        If there are none, or several voltages and no choice in the vehicle file.
+    """
+    used = tuple(point for point in mooring.points if not point.marks)
+    if not used:
+        raise CannotComputeError(
+            "no usable mooring points, so Table 3 cannot be fitted; put a table of thrust against "
+            "code or PWM into mooring/"
+        )
+    wanted = vehicle.tables.supply_voltage_v
+    voltages = np.array([p.voltage_v for p in used if p.voltage_v is not None], float)
+    if wanted is None:
+        spread = float(np.ptp(voltages)) if voltages.size else 0.0
+        if voltages.size and spread > 2 * VOLTAGE_TOLERANCE * float(np.median(voltages)):
+            raise CannotComputeError(
+                f"the mooring data were taken at supply voltages from {voltages.min():g} to "
+                f"{voltages.max():g} V; say in vehicle.yaml which one the tables are for "
+                "(tables.supply_voltage_v)"
+            )
+        return used
+    near = tuple(p for p in used if is_at_supply(p.voltage_v, wanted))
+    if not near:
+        known = ", ".join(f"{v:g}" for v in np.unique(np.round(voltages, 1)))
+        raise CannotComputeError(
+            f"tables.supply_voltage_v is {wanted:g} V, but the mooring data were taken at {known} V"
+        )
+    return near
+
+
+def fit_table3(points: tuple[MooringPoint, ...], sign: int, thrust_dead_n: float) -> PolynomialFit:
+    """Fit N = K_0 + K_1 T + K_2 T^2 + K_3 T^3 to one sign of thrust, T and N signed.
+
+    Of one supply voltage; readings up to `thrust_dead_n`, for which the code is zero, are not
+    fitted.
+
+    Raises
+    ------
+    CannotComputeError
+        If the points do not carry the cubic, or are of fewer codes than it has coefficients.
+
+    References
+    ----------
+    Kostenko 2023, eq. (7), Table 3. For negative thrust the variable is the signed T.
+    """
+    used = [p for p in points if sign * p.thrust_n > thrust_dead_n and sign * p.code > 0]
+    codes = len({p.code for p in used})
+    if 0 < codes <= DEGREE:
+        # many readings at few codes: their noise would make a cubic that is level at each code
+        raise CannotComputeError(
+            f"only {codes} of the {DEGREE + 1} codes that a cubic needs have readings beyond the "
+            "dead thrust"
+        )
+    return fit_polynomial(
+        np.array([p.thrust_n for p in used], float),
+        np.array([p.code for p in used], float),
+        degree=DEGREE,
+        quantity="N",
+        variable="T",
+        unit="code",
+        degree_reason="Cubic as in Kostenko 2023, eq. (7).",
+        sources=[p.source for p in used],
+        compared_degrees=(1, 2, 3, 4, 5),
+    )
+
+
+def mooring_curve(points: tuple[MooringPoint, ...], sign: int) -> ThrustCurve:
+    """Monotone T(N) of one sign at rest, as magnitudes.
+
+    Raises
+    ------
+    CannotComputeError
+        With too few codes of this sign, which the message names.
+    """
+    used = [p for p in points if sign * p.code >= 0]
+    try:
+        return curve_from_measurements(
+            np.array([abs(p.code) for p in used], float),
+            np.array([sign * p.thrust_n if p.code else 0.0 for p in used], float),
+        )
+    except CannotComputeError as error:
+        codes = "positive codes" if sign > 0 else "negative codes"
+        raise CannotComputeError(f"{codes}: {error}") from error
+
+
+def mean_by_code(points: tuple[MooringPoint, ...], sign: int) -> tuple[FloatArray, FloatArray]:
+    """Return rising sizes of the codes of one sign and the mean thrust of each, by size [N]."""
+    used = [p for p in points if sign * p.code > 0]
+    code, index = np.unique(np.array([abs(p.code) for p in used], float), return_inverse=True)
+    thrust = np.array([sign * p.thrust_n for p in used], float)
+    return code, np.bincount(index, weights=thrust) / np.maximum(np.bincount(index), 1)
+
+
+def gap_at_rest(
+    points: tuple[MooringPoint, ...], sign: int, code: FloatArray, thrust_n: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Thrust calculated at rest less thrust measured at the mooring, by size, at tested codes.
+
+    `code`, `thrust_n` (m,) are the family's row at zero speed. Returns signed codes within the
+    family (k,) and |T| calculated less measured (k,) [N], empty if none was measured.
+    """
+    codes, measured = mean_by_code(points, sign)
+    within = (codes >= code[0]) & (codes <= code[-1])
+    codes, measured = codes[within], measured[within]
+    return sign * codes, np.interp(codes, code, thrust_n) - measured
+
 
 THRUST_POINTS = 200
 #: Rounds of Lawson's reweighting, which turns least squares towards the smallest maximum.

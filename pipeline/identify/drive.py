@@ -6,8 +6,13 @@ from itertools import product
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.drive_bench import DriveBench, bench_of
-from pipeline.identify.drive_checks import code_0_check, physical_checks, sweeps_check
+from pipeline.identify.drive_bench import (
+    DriveBench,
+    bench_of,
+    code_0_check,
+    physical_checks,
+    sweeps_check,
+)
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.identify.polynomial import name_outliers
 from pipeline.physics.drive import TorqueSurface, drive_torque_slope, surface_basis

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.identify.mooring_inverse import mean_by_code
+from pipeline.identify.cubic_inverse import mean_by_code
 from pipeline.identify.smoothing import white_noise_std
 from pipeline.records.fits import Check, PolynomialFit
 from pipeline.records.measurements import MooringPoint

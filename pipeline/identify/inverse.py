@@ -3,11 +3,20 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.cubic_inverse import (
+    fit_table3,
+    fit_table4_row,
+    gap_at_rest,
+    points_for_tables,
+)
 from pipeline.identify.firmware_gate import gate_checks, rising_points
-from pipeline.identify.firmware_grid import firmware_grid, within_dead_thrust
-from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_for_tables
-from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
-from pipeline.identify.speed_inverse import fit_table4_row
+from pipeline.identify.firmware_grid import (
+    firmware_grid,
+    monotone_checks,
+    round_trips,
+    trip_checks,
+    within_dead_thrust,
+)
 from pipeline.identify.thrust_family import Family, both_signs, family_curves, family_record
 from pipeline.identify.thrust_under_way import points_under_way, with_points_under_way
 from pipeline.identify.voltage_family import (

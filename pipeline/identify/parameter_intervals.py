@@ -30,13 +30,13 @@ from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import FitSolution
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import FitProblem
-from pipeline.records.identification import Correlation, IdentifiedParameter
+from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
 
 #: Above this ratio of posterior to prior standard deviation the runs say too little.
 NOT_IDENTIFIED = 0.7
-#: Correlations from here on are listed.
+#: Correlations from here on are told.
 CLOSE_PAIR = 0.9
 #: Share of the unknowns whose windows scatter by more than chance from which all are so widened.
 MANY = 0.25
@@ -272,20 +272,3 @@ def _reason(ratio: float, uncut: float, known: float, partner: str, correlation:
             f"excite it{together}"
         )
     return f"{100 * ratio:.1f} % of the prior's standard deviation is left{together}"
-
-
-def close_pairs(
-    parameters: Sequence[FreeParameter], posterior: Posterior
-) -> tuple[Correlation, ...]:
-    """Pairs of parameters whose estimates are correlated by `CLOSE_PAIR` or more."""
-    matrix = _correlations(parameters, posterior)
-    rows, columns = np.nonzero(np.triu(np.abs(matrix) >= CLOSE_PAIR, 1))
-    pairs = [
-        Correlation(
-            first=parameters[i].name,
-            second=parameters[j].name,
-            coefficient=float(matrix[i, j]),
-        )
-        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
-    ]
-    return tuple(sorted(pairs, key=lambda pair: -abs(pair.coefficient)))

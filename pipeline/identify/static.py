@@ -5,13 +5,14 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.propagation import (
-    SEARCH_BEYOND,
-    ThrusterFits,
-)
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.table2 import FEWEST_LIVE_CODES, table2_row
-from pipeline.identify.working_grid import WorkingGrid, solve_grid
+from pipeline.identify.working_grid import (
+    SEARCH_BEYOND,
+    ThrusterFits,
+    WorkingGrid,
+    solve_grid,
+)
 from pipeline.physics.opposed_thrust import free_propeller_drag
 from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
 from pipeline.records.fit_values import torque_surface

@@ -5,12 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.identify.propagation import SEARCH_BEYOND, ThrusterFits
 from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
-from pipeline.physics.drive import drive_torque
 from pipeline.records.fits import Check, DriveFit, PropellerFit
 from pipeline.types import FloatArray
-from pipeline.units import rps_to_rpm
 
 
 def grid_checks(thrust_n: FloatArray, status: npt.NDArray[np.str_]) -> tuple[Check, ...]:
@@ -83,18 +80,3 @@ def explain_status(
             "extrapolated too."
         )
     return tuple(lines)
-
-
-def explain_no_balance(model: ThrusterFits, drive: DriveFit) -> str:
-    """Say with numbers why the propeller and the drive have no working point at rest."""
-    code = np.array([drive.code_range[1]])
-    fastest = model.fastest_shaft_rps
-    needed = float(model.propeller.torque_nm(fastest, 0.0))
-    given = float(drive_torque(fastest, code, model.surface)[0])
-    return (
-        f"the propeller's torque meets the drive's at no code at rest: at code {code[0]:g} and "
-        f"{rps_to_rpm(fastest):.0f} rpm ({SEARCH_BEYOND:g} times the fastest of the bench) the "
-        f"propeller needs {needed:.3g} N m and the drive gives {given:.3g} N m. Check the "
-        "propeller's diameter in vehicle.yaml, the unit of torque in load_test/ and the K_M (not "
-        "10 K_M) in open_water/"
-    )

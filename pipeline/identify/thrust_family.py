@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.mooring_inverse import mooring_curve
+from pipeline.identify.cubic_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
 from pipeline.records.fits import (
     Basis,

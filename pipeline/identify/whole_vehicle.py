@@ -21,8 +21,7 @@ from pipeline.identify.file_judgement import (
 )
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
 from pipeline.identify.output_error import FitSolution
-from pipeline.identify.parameter_intervals import close_pairs
-from pipeline.identify.thrust_found import deduction_found, thrust_found
+from pipeline.identify.standing import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
 from pipeline.identify.vehicle_fit import VehicleFit, chained_windows, fit_for_file, fit_vehicle
 from pipeline.identify.window_prediction import prediction_quality
@@ -163,7 +162,6 @@ def identify_vehicle(
         thrust=thrust,
         thrust_deduction=deduction_found(packed, solution, fit.posterior),
         why_no_file=why_no_file,
-        correlations=close_pairs(fit.parameters, fit.posterior),
         cannot_identify=cannot_identify(found, gains),
         next_manoeuvres=gains or (),
         noise=_noise_found(solution),

@@ -57,14 +57,6 @@ class ThrustFound(Record):
     file_value: float | None = None
 
 
-class Correlation(Record):
-    """Two parameters that the runs hardly tell apart."""
-
-    first: str
-    second: str
-    coefficient: float
-
-
 class ChannelQuality(Record):
     """How well a channel is predicted over windows that took no part in the fit.
 
@@ -128,7 +120,6 @@ class VehicleIdentification(Record):
     """Share of the thrust that the hull takes, mean over the thrusters; from their factors."""
     why_no_file: str = ""
     """Why no corrected vehicle file is written; empty where one is."""
-    correlations: tuple[Correlation, ...]
     cannot_identify: tuple[str, ...]
     """One plain sentence a parameter."""
     next_manoeuvres: tuple[ManoeuvreGain, ...]

@@ -11,7 +11,7 @@ from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
 from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
-from pipeline.identify.trial_warnings import trial_warnings
+from pipeline.identify.trial_errors import trial_warnings
 from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.inputs.no_solution import with_reason

@@ -11,8 +11,8 @@ import pytest
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.export.c_source import voltage_tables
 from pipeline.export.firmware import write_firmware
+from pipeline.identify.cubic_inverse import points_for_tables
 from pipeline.identify.inverse import inverse_characteristic
-from pipeline.identify.mooring_inverse import points_for_tables
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.measurements import MooringRecord

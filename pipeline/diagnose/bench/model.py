@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.mooring_inverse import mooring_curve, points_for_tables
+from pipeline.identify.cubic_inverse import mooring_curve, points_for_tables
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.types import ArrayLike, FloatArray

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.cubic_inverse import fit_table3, smallest_maximum
 from pipeline.identify.inverse import inverse_characteristic
-from pipeline.identify.mooring_inverse import fit_table3
-from pipeline.identify.speed_inverse import smallest_maximum
 from pipeline.identify.static import thruster_model
 from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
 from pipeline.identify.working_grid import solve_grid

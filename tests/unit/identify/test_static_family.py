@@ -8,8 +8,8 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive
 from pipeline.identify.inverse import inverse_characteristic
-from pipeline.identify.propagation import thrust_jacobian
 from pipeline.identify.static import static_characteristic, thruster_model
+from pipeline.identify.working_grid import thrust_jacobian
 from pipeline.records.fits import (
     DriveFit,
     Interval,

@@ -10,8 +10,7 @@ from bundled_models import bundled
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.day_choice import choose_stretches
-from pipeline.identify.trial_errors import compared, predicted_table
-from pipeline.identify.trial_warnings import trial_warnings
+from pipeline.identify.trial_errors import compared, predicted_table, trial_warnings
 from pipeline.identify.trial_windows import TrialFlights, fly_trial
 from pipeline.physics.parameters import read, write
 from pipeline.records.run_components import difference

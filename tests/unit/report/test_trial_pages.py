@@ -84,7 +84,7 @@ def fit(value: float, *, converged: bool = True) -> VehicleIdentification:
     return VehicleIdentification(
         vehicle="v", runs=("r",), holdout=(), windows=9, holdout_windows=2, window_s=8.0,
         readings=99, iterations=3, converged=converged, thrust_uncertainty=0.0,
-        parameters=(parameter(value),), correlations=(), cannot_identify=(), next_manoeuvres=(),
+        parameters=(parameter(value),), cannot_identify=(), next_manoeuvres=(),
         noise=(), quality=(), notes=(),
     )  # fmt: skip
 
