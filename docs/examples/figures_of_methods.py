@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import f
 
-from pipeline.identify.working_grid import thrust_jacobian
 from pipeline.identify.static import thruster_model
+from pipeline.identify.working_grid import thrust_jacobian
 from pipeline.provenance import read_envelope
 from pipeline.records.fits import DriveFit, PropellerFit
 from pipeline.vehicle.load import load_vehicle
