@@ -30,9 +30,8 @@ from pydantic.fields import FieldInfo
 from pipeline.cli import cli
 from pipeline.effects.effect import Effect, Parameter
 from pipeline.effects.library import VERDICTS, effects
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.comparison import Comparison
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import BenchDiagnosisRecord, DiagnosisRecord
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.identification import Identification
 from pipeline.records.pool_day import PoolDay

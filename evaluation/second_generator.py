@@ -20,7 +20,7 @@ from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, score_case
 from pipeline.campaign.campaign import CampaignRequest, CampaignResult, diagnosed, judged, run_cases
 from pipeline.campaign.page import goal_table, write_block, write_csv, write_pictures
 from pipeline.diagnose.case import Case
-from pipeline.effects.discovery import module_names
+from pipeline.effects.library import module_names
 from pipeline.errors import InputError
 from pipeline.inputs.runs_to_identify import read_run
 from pipeline.inputs.simulated_vehicle import load_simulated

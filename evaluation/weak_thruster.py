@@ -17,7 +17,7 @@ from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import read_envelope
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.simulate.applied_wrench import levers
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.types import FloatArray
 from pipeline.validate import plan

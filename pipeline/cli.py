@@ -73,7 +73,7 @@ class _Cli(TranslatedGroup):
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
-            from pipeline.commands.common.fault import why_it_ended
+            from pipeline.commands.common.say import why_it_ended
 
             say(why_it_ended(error), err=True)
             raise click.exceptions.Exit(1) from None
@@ -257,7 +257,7 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
         for text in (*written.says, *lost, *(cost.line for cost in written.costs)):
             say(text)
         return
-    from pipeline.workflow.export import export_firmware
+    from pipeline.workflow.one_result import export_firmware
     from pipeline.workflow.run import RunRequest
 
     exported = export_firmware(RunRequest((vehicle,), raw, out), to)

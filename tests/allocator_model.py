@@ -15,10 +15,9 @@ from bounded_model import FixedModel, FloatModel, Model, bounded_thrusts
 from pipeline.control.bounded_allocation import Floats
 from pipeline.export import fixed_point
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
-from pipeline.export.fixed_arithmetic import INT32_MAX, LARGEST_PAPER
-from pipeline.export.fixed_point import FixedTables
+from pipeline.export.c_text import SingleTables
+from pipeline.export.fixed_point import INT32_MAX, LARGEST_PAPER, FixedTables
 from pipeline.export.grid_check import FLAG
-from pipeline.export.single_precision import SingleTables
 from pipeline.types import IntArray
 from pipeline.vehicle.schema import Allocator
 

@@ -10,7 +10,7 @@ from pipeline.control.bounded_allocation import (
     Floats,
     largest_demand,
 )
-from pipeline.export.fixed_arithmetic import INT32_MAX, FixedArithmetic
+from pipeline.export.fixed_point import INT32_MAX, FixedArithmetic
 from pipeline.types import BoolArray, IntArray
 
 

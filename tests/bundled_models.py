@@ -12,7 +12,7 @@ from pipeline.identify.static import static_characteristic, thruster_model
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.open_water import read_open_water
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 

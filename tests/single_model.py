@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.export.grid_check import FLAG
-from pipeline.export.single_precision import (
+from pipeline.export.c_text import (
     Float32Array,
     SingleBranch,
     SingleTables,
     single_tables,
 )
+from pipeline.export.grid_check import FLAG
 from pipeline.types import IntArray
 
 __all__ = ["code_from_thrust", "single_tables", "thrust_flags", "thrust_from_code", "thrust_limit"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from evaluation.bundled.mmt300_bench import WARM_UP_READINGS, BenchReading, sweep
 from evaluation.bundled.mmt300_truth import BENCH_CODES
 from evaluation.bundled.noise import Noise
-from pipeline.bundled.workbook_bytes import Cell, SheetContents, workbook_bytes
+from pipeline.bundled.new_vehicle import Cell, SheetContents, workbook_bytes
 from pipeline.units import STANDARD_GRAVITY_MPS2
 
 #: Torque of each exemplar over that of the family: symmetric about the truth.

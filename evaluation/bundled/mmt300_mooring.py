@@ -13,7 +13,7 @@ from evaluation.bundled.mmt300_truth import (
     mooring_thrust,
 )
 from evaluation.bundled.noise import Noise
-from pipeline.bundled.workbook_bytes import Cell, SheetContents, workbook_bytes
+from pipeline.bundled.new_vehicle import Cell, SheetContents, workbook_bytes
 from pipeline.units import STANDARD_GRAVITY_MPS2
 
 #: Sizes of the codes on a rising sweep; 15 lies at the edge of the dead zone.

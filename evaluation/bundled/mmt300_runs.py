@@ -19,7 +19,7 @@ from evaluation.bundled.mmt300_truth import (
 )
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.records.fits import StaticCharacteristic
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.fly import fly
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle

@@ -15,7 +15,7 @@ from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import canonical_json, file_digest, write_atomically
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
 from pipeline.stages.diagnosis_links import Question

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.actions.comparison_sides import FoundSide, find_side
-from pipeline.actions.comparison_vehicles import vehicle_differences
+from pipeline.actions.comparison_sides import FoundSide, find_side, vehicle_differences
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bench_changes import bench_changes
 from pipeline.identify.run_changes import RunChange, changes_between

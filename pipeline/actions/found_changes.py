@@ -13,8 +13,8 @@ from pipeline.identify.file_changes import file_changes
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.plan import VEHICLE_FILE
 from pipeline.provenance import write_atomically
+from pipeline.records.base import FileChange
 from pipeline.records.diagnosis import RankedEffect
-from pipeline.records.file_change import FileChange
 from pipeline.records.identification import VehicleIdentification
 from pipeline.simulate.context import model_of
 from pipeline.simulate.unpack import changed_keys

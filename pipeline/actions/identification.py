@@ -21,7 +21,7 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import canonical_json, write_atomically
-from pipeline.records.file_change import FileChange
+from pipeline.records.base import FileChange
 from pipeline.records.identification import (
     Identification,
     StraightLineIdentification,

@@ -8,10 +8,9 @@ import numpy as np
 
 from pipeline import __version__
 from pipeline.errors import CannotComputeError
-from pipeline.export.receivers.ardusub import ardusub
+from pipeline.export.receivers.autopilots import ardusub, px4
 from pipeline.export.receivers.exported import Exported, Subject, subject_of
 from pipeline.export.receivers.gazebo import gazebo
-from pipeline.export.receivers.px4 import px4
 from pipeline.export.receivers.stonefish import stonefish
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.provenance import write_atomically

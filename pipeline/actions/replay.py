@@ -7,11 +7,10 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.run_commands import RunCommands
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
-from pipeline.records.held_commands import mean_held
+from pipeline.records.run_table import mean_held
 from pipeline.simulate.events import PayloadSchedule
 from pipeline.simulate.fly import run_changing
-from pipeline.simulate.mover import Mover
-from pipeline.simulate.run import Trajectory, initial_state, run
+from pipeline.simulate.run import Mover, Trajectory, initial_state, run
 from pipeline.types import FloatArray
 
 #: A longer run is not simulated at a time. [s]

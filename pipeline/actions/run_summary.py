@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.control.code_limits import at_limit
 from pipeline.physics.parameters import read
-from pipeline.simulate.latch_loads import LatchLoad
+from pipeline.simulate.events import LatchLoad
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log

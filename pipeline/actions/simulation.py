@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import __version__
-from pipeline.actions.chosen_allocator import allocator_of
 from pipeline.actions.replay import replay
 from pipeline.actions.run_summary import (
     LatchSummary,
@@ -21,13 +20,13 @@ from pipeline.actions.run_summary import (
 )
 from pipeline.actions.simulation_request import (
     SimulationRequest,
+    allocator_of,
     check_request,
     parse_events,
     parse_winch,
     start_time_ns,
 )
-from pipeline.effects.discovery import module_names
-from pipeline.effects.library import parse_effect
+from pipeline.effects.library import module_names, parse_effect
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.export.attachment_topics import topic_of_latch, topics_of_tether
@@ -40,13 +39,11 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.provenance import code_digest, file_digest
 from pipeline.simulate.context import model_of
 from pipeline.simulate.effects_on import effects_on
-from pipeline.simulate.events import PayloadEvent, PayloadSchedule
+from pipeline.simulate.events import LatchLoad, PayloadEvent, PayloadSchedule, latch_loads
 from pipeline.simulate.fly import CONTROL_PERIOD_S, fly, usual_step_s
-from pipeline.simulate.latch_loads import LatchLoad, latch_loads
 from pipeline.simulate.manoeuvre_reach import why_not_flown
 from pipeline.simulate.manoeuvres import MANOEUVRES
-from pipeline.simulate.mover import Mover
-from pipeline.simulate.run import Trajectory, run
+from pipeline.simulate.run import Mover, Trajectory, run
 from pipeline.simulate.run_conditions import RunSetup, run_setup
 from pipeline.simulate.sensors import Log, measure
 from pipeline.simulate.tethered_mover import TetheredMover, nominal_mover

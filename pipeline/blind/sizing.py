@@ -23,7 +23,7 @@ from pipeline.blind.subject import BlindSubject
 from pipeline.blind.truth.craft import Craft
 from pipeline.blind.truth.flight import TruthFlight
 from pipeline.blind.truth.manoeuvres import SETS
-from pipeline.blind.truth.nature import Weather, drawn
+from pipeline.blind.truth.sensors import Weather, drawn
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 

@@ -21,14 +21,13 @@ from pipeline.campaign.campaign import (
     judged,
     run_cases,
 )
-from pipeline.effects.discovery import module_names
-from pipeline.effects.library import candidates
+from pipeline.effects.library import candidates, module_names
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.simulated_vehicle import bench_result
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.provenance import code_digest
 from pipeline.records.fits import StaticCharacteristic
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.vehicle.load import load_vehicle
 

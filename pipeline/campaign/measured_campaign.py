@@ -21,7 +21,7 @@ from pipeline.campaign.campaign import (
 from pipeline.campaign.measured_cases import MeasuredCase, measured_case
 from pipeline.campaign.measured_score import MeasuredLine, measured_lines, score_measured
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subjects
-from pipeline.effects.discovery import module_names
+from pipeline.effects.library import module_names
 from pipeline.errors import CannotComputeError
 from pipeline.provenance import code_digest, file_digest
 

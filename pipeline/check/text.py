@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from pipeline.actions.gains_text import gains_text
+from pipeline.actions.identification_text import gains_text
 from pipeline.check.findings import FileFinding, Findings, GainsFinding, VehicleFinding
 from pipeline.check.proposal import as_lines, lines_of
 from pipeline.check.run_text import notes_text, run_text

@@ -94,7 +94,7 @@ def design(
 
 
 def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
-    from pipeline.actions.added_mass import design_added_mass, write_added_mass
+    from pipeline.actions.design import design_added_mass, write_added_mass
 
     found = design_added_mass(file)
     if as_json:

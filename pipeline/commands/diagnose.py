@@ -47,8 +47,8 @@ def diagnose(*, as_json: bool, **given: Any) -> None:  # noqa: ANN401 - fields o
       rig2sea diagnose mmt300 new_bollard_test.xlsx
       rig2sea diagnose rov8 trial1.mcap trial2.mcap --holdout trial3.mcap --to trial/
     """
+    from pipeline.actions.diagnosis import diagnosis_text
     from pipeline.actions.diagnosis_request import DiagnosisRequest, are_tables
-    from pipeline.actions.diagnosis_text import diagnosis_text
     from pipeline.report.diagnosis_page import bench_glance
     from pipeline.report.page import glance_text
 

@@ -29,8 +29,7 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
       rig2sea effects rov8
       rig2sea effects --json
     """
-    from pipeline.effects.catalogue import records
-    from pipeline.effects.library import VERDICTS, why_not
+    from pipeline.effects.library import VERDICTS, records, why_not
 
     context = None if vehicle is None else _context(vehicle, raw)
     reasons = None if context is None else why_not(context)

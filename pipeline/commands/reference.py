@@ -29,8 +29,7 @@ def reference(*, as_json: bool, **request: Any) -> None:  # noqa: ANN401 - field
       rig2sea reference mmt300
       rig2sea reference mmt300 2024-05-14-surge-steps 2024-05-14-zig-zag
     """
-    from pipeline.actions.reference import ReferenceRequest, make_reference
-    from pipeline.actions.reference_text import reference_text
+    from pipeline.actions.reference import ReferenceRequest, make_reference, reference_text
 
     with telling() as tell:
         record, path = make_reference(ReferenceRequest(**request), tell)

@@ -35,7 +35,7 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
       rig2sea validate rov8 --json
       rig2sea validate mmt300 --to validation.json
     """
-    from pipeline.workflow.validate import validated
+    from pipeline.workflow.one_result import validated
 
     result = validated(vehicle, raw, out)
     body = {

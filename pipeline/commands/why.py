@@ -31,9 +31,8 @@ def why(vehicle: str, cell: tuple[str, ...], as_json: bool, raw: Path, out: Path
       rig2sea why mmt300 table3 positive 1 --json
       rig2sea why mmt300 thrusters.upper.gain_ahead
     """
-    from pipeline.workflow.why import as_text, to_json
+    from pipeline.workflow.why import as_text, stated_text, to_json, why_stated
     from pipeline.workflow.why import why as find
-    from pipeline.workflow.why_stated import stated_text, why_stated
 
     stated = why_stated(vehicle, cell, raw, out)
     if stated is not None:

@@ -16,7 +16,7 @@ step solves six equations however many thrusters there are,
 
 with A = W B scaled and r what is left of the demand; epsilon keeps it solvable for any set F of
 free thrusters, and what it takes off is made up by the steps that follow. The firmware does the
-same operations in the same order (`pipeline.export.fixed_arithmetic`).
+same operations in the same order (`pipeline.export.fixed_point`).
 """
 
 from dataclasses import dataclass
@@ -87,7 +87,7 @@ def allocation_of(position_m: FloatArray, direction: FloatArray) -> Allocation:
 
 
 class Arithmetic:
-    """Floating point; the firmware's fixed point is `pipeline.export.fixed_arithmetic`.
+    """Floating point; the firmware's fixed point is `pipeline.export.fixed_point`.
 
     Numbers of a demand, a limit or a thrust are *large*, entries of the matrices *small*; `bits`
     are those of a small number's fixed-point format, of no meaning here.

@@ -18,10 +18,11 @@ from pipeline.physics.tether_footprint import (
     Footprint,
     Variant,
     footprint_cable,
+    hull_drag_n,
+    largest_pull,
     ned_from_paper,
     paper_from_ned,
 )
-from pipeline.physics.tether_power import hull_drag_n, largest_pull
 from pipeline.records.design import (
     CableShape,
     EquivalentEffect,

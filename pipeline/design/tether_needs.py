@@ -7,8 +7,7 @@ import numpy as np
 from pipeline.design.tether_input import TetherInput
 from pipeline.design.tether_thrusters import HeldVehicle
 from pipeline.errors import CannotComputeError
-from pipeline.physics.tether_footprint import ned_from_paper, paper_from_ned
-from pipeline.physics.tether_power import hull_drag_n
+from pipeline.physics.tether_footprint import hull_drag_n, ned_from_paper, paper_from_ned
 from pipeline.records.design import DriveNeed, FootprintVariant
 from pipeline.types import FloatArray
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.design.printed import compare, rounding, unknown_quantities
 from pipeline.design.tether_input import TetherInput
-from pipeline.physics.tether_power import largest_pull
+from pipeline.physics.tether_footprint import largest_pull
 from pipeline.records.design import DriveNeed, FootprintVariant, Printed
 
 

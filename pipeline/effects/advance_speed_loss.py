@@ -25,8 +25,7 @@ coast-down with stopped thrusters separates them, since the damping stays) and f
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pipeline.effects.change import add, scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add, scale
 from pipeline.types import FloatArray
 
 #: Standard uncertainty of the share of the inflow where the vehicle file states none.

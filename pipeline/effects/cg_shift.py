@@ -24,8 +24,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.physics.parameters import read
 from pipeline.types import FloatArray
 

@@ -20,8 +20,7 @@ turning rates in proportion to u r; the cross-flow is of second order in drift a
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.types import FloatArray
 
 

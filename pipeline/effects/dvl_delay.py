@@ -16,8 +16,7 @@ the real motion, so depth and position as well).
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 

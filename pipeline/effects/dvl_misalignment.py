@@ -19,8 +19,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 

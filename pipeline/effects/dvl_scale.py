@@ -17,8 +17,7 @@ off when no position, depth or acceleration is logged, and for `current` on one 
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
 from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import AXES, EffectContext, Parameter
+from pipeline.effects.effect import AXES, EffectContext, Parameter, scale
 from pipeline.types import FloatArray
 
 Apply = Callable[[FloatArray, Mapping[str, float], int | None, EffectContext], None]

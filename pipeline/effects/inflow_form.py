@@ -17,8 +17,7 @@ fault, so it is ordinary on every vehicle whose thrust falls with speed, and no 
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.types import FloatArray
 
 

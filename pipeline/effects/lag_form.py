@@ -30,8 +30,7 @@ every vehicle, and no answer.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add, scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add, scale
 from pipeline.effects.thruster_lag import EFFECT as THRUSTER_LAG
 from pipeline.types import FloatArray
 

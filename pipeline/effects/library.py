@@ -5,13 +5,16 @@ add an effect is to add a file (and its tests); no list is kept. The verdict ids
 ``unknown`` (see `specification.VERDICTS`) are answers of a diagnosis and have no file.
 """
 
+import math
+import pkgutil
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from importlib import import_module
+from typing import Any
 
+import pipeline.effects
 from pipeline.effects import specification
-from pipeline.effects.discovery import module_names
-from pipeline.effects.effect import Effect, EffectContext
+from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.effects.specification import VERDICTS, EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import SLOTS
@@ -27,6 +30,18 @@ __all__ = [
     "unstated",
     "why_not",
 ]
+
+
+def module_names() -> tuple[str, ...]:
+    """Return the dotted names of the package's modules, sorted.
+
+    >>> "pipeline.effects.current" in module_names()
+    True
+    """
+    package = pipeline.effects
+    return tuple(
+        sorted(f"{package.__name__}.{m.name}" for m in pkgutil.iter_modules(package.__path__))
+    )
 
 
 def effects() -> dict[str, Effect]:
@@ -189,3 +204,32 @@ def parse_effect(text: str, thruster_names: Sequence[str] | None = None) -> Effe
     'upper'
     """
     return specification.parse(text, effects(), thruster_names)
+
+
+def records(context: EffectContext | None = None) -> list[dict[str, Any]]:
+    """Return the library as plain values for JSON; a limit that is not there is None.
+
+    With the context of a vehicle neutral and plausible values are those on this vehicle.
+    """
+    return [
+        {
+            "id": effect.id,
+            "title": effect.title,
+            "source": effect.source,
+            "scope": effect.scope,
+            "channels": list(effect.channels),
+            "parameters": [_record(parameter) for parameter in effect.parameters],
+        }
+        for effect in (one if context is None else one.on(context) for one in effects().values())
+    ]
+
+
+def _record(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "unit": parameter.unit,
+        "neutral": parameter.neutral,
+        "plausible": list(parameter.plausible),
+        "possible": [limit if math.isfinite(limit) else None for limit in parameter.possible],
+        "meaning": parameter.meaning,
+    }

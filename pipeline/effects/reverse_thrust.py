@@ -15,8 +15,7 @@ taken for `thrust_deduction` when most codes are negative; a few runs ahead sepa
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
 from pipeline.types import FloatArray
 
 

@@ -21,8 +21,7 @@ hull.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
 from pipeline.types import FloatArray
 
 

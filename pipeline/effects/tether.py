@@ -23,8 +23,7 @@ at different distances and headings, and with the cable at rest, separate them.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.types import FloatArray
 
 

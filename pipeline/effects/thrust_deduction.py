@@ -26,8 +26,7 @@ weight and buoyancy, a bollard pull) fixes the scale.
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
 from pipeline.types import FloatArray
 
 

@@ -17,8 +17,7 @@ code names it at once.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import scale
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
 from pipeline.types import FloatArray
 
 

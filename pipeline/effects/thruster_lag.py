@@ -21,8 +21,7 @@ depth). Where shaft speed is logged, it settles the matter without the hull.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.types import FloatArray
 
 

@@ -24,8 +24,7 @@ from rest) and for `cg_shift` when the command never changes.
 from collections.abc import Mapping
 from math import radians
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.types import FloatArray
 
 

@@ -22,8 +22,7 @@ library's sag is constant; a battery that falls noticeably during a run is not c
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter, add
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
 from pipeline.types import FloatArray

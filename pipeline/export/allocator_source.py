@@ -15,8 +15,7 @@ from pipeline.control.bounded_allocation import (
 from pipeline.export import c_text
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
 from pipeline.export.c_source import Identity, render
-from pipeline.export.fixed_arithmetic import LARGEST_PAPER, FixedArithmetic
-from pipeline.export.fixed_point import Q16_ONE
+from pipeline.export.fixed_point import LARGEST_PAPER, Q16_ONE, FixedArithmetic
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator
 

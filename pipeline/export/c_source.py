@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
+from pipeline.export.c_text import SingleBranch, single_tables
 from pipeline.export.fixed_point import Q16_ONE, FixedBranch, fixed_tables
 from pipeline.export.grid_check import FLAGS
-from pipeline.export.single_precision import SingleBranch, single_tables
 from pipeline.physics.thrust_grid import thrust_limits
 from pipeline.records.fits import (
     FirmwareBranch,

@@ -21,9 +21,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.control.bounded_allocation import EPSILON, Arithmetic
 from pipeline.export.grid_check import FLAG, largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
+
+#: A demand of eq. (6) is held to this. [N], [N m]
+LARGEST_PAPER = 30000.0
+INT32_MAX = 2**31 - 1
 
 Q16_ONE = 1 << 16
 Q16_HALF = 1 << 15
@@ -32,6 +37,35 @@ Q30_HALF = 1 << 29
 
 #: What the model accepts where the C code takes one int32_t or int16_t.
 IntLike = int | npt.NDArray[np.integer]
+
+
+class FixedArithmetic(Arithmetic):
+    """Large numbers Q16.16 in 64 bits, small ones in 32 with the bits that are named.
+
+    `shift`: the unit of the bounded allocation as a power of two of newtons; the solution of its
+    equations is Q(22 - shift).
+    """
+
+    def __init__(self, shift: int) -> None:
+        super().__init__()
+        self.shift = shift
+        self.zero, self.one = np.int64(0), np.int64(1 << 30)
+        self.epsilon = np.int64(round(EPSILON * (1 << 30)))
+        self.half_epsilon = self.epsilon // 2
+
+    def small(self, values: object, bits: int) -> IntArray:
+        """Constants of a matrix, rounded."""
+        rounded: IntArray = np.rint(np.asarray(values, float) * (1 << bits)).astype(np.int64)
+        return rounded
+
+    def large(self, values: object) -> IntArray:
+        """Constants in newtons or newton metres, Q16.16 within an int32_t."""
+        return np.minimum(self.small(values, 16), INT32_MAX)
+
+    @property
+    def solution_bits(self) -> int:
+        """Format of the product of the solution and an entry."""
+        return 36 - self.shift
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.records.identification import IdentifiedParameter, ThrustFound
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.unpack import changed_keys
+from pipeline.vehicle.estimates import share_changes
 from pipeline.vehicle.frames import Change, changes_as_stated
-from pipeline.vehicle.hull_shares import share_changes
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.schema import Vehicle
 

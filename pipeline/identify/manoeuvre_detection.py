@@ -21,8 +21,8 @@ from pipeline.identify.manoeuvre_signals import (
     slope,
     stretches,
 )
-from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
+from pipeline.records.trial import ManoeuvreFound
 from pipeline.types import FloatArray
 
 #: A command below this share of its range is off; thrusters are if all are for so long. [s]

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.identify.manoeuvre_signals import PERIOD_S, Range, Signals, Swing, slope, swings
-from pipeline.records.manoeuvre import ManoeuvreName
+from pipeline.records.trial import ManoeuvreName
 from pipeline.types import FloatArray
 
 _DEGREE = np.pi / 180.0

@@ -13,8 +13,7 @@ from pipeline.identify.working_grid import (
     WorkingGrid,
     solve_grid,
 )
-from pipeline.physics.opposed_thrust import free_propeller_drag
-from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
+from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero, free_propeller_drag
 from pipeline.records.fit_values import torque_surface
 from pipeline.records.fits import (
     DriveFit,

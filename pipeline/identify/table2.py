@@ -4,7 +4,7 @@ import numpy as np
 
 from pipeline.identify.polynomial import as_intervals
 from pipeline.identify.working_grid import ThrusterFits, thrust_jacobian
-from pipeline.physics.thruster_static import dead_zone_code
+from pipeline.physics.thrust_grid import dead_zone_code
 from pipeline.records.fits import DriveFit, FitQuality, Matrix, PolynomialFit, StaticRow
 from pipeline.types import FloatArray
 

@@ -43,12 +43,7 @@ from pipeline.identify.partial_regression import bounded, less_known, solve, wid
 from pipeline.identify.run_motion import RunMotion, run_motion
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.applied_wrench import (
-    actuator_states,
-    hull_wrench,
-    levers,
-    thruster_wrench,
-)
+from pipeline.simulate.applied_wrench import actuator_states, hull_wrench, levers, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors

@@ -13,12 +13,11 @@ import numpy as np
 
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
-from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.physics.carried_body import cross_matrix
 from pipeline.records.run_components import down_axis
 from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.pieces import Pieces
-from pipeline.simulate.pieces_under import Alike, alike_pieces, run_alike
+from pipeline.simulate.pieces import Alike, Pieces, alike_pieces, run_alike
 from pipeline.simulate.run import largest_step_s
 from pipeline.types import BoolArray, FloatArray, IntArray
 

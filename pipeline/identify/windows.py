@@ -11,8 +11,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
 from pipeline.identify.manoeuvre_signals import stretches
 from pipeline.identify.position_speed import velocity_of_position
-from pipeline.records.run_conditions import AS_STATED, Conditions
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import AS_STATED, Conditions, RunTable
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.pack import PackedVehicle

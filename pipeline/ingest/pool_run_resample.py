@@ -7,9 +7,8 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.pool_run_health import GAP_PERIODS
-from pipeline.records.held_commands import mean_held
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_table import QUANTITIES, OffRow, RunTable
+from pipeline.records.run_table import QUANTITIES, OffRow, RunTable, mean_held
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.run_notes import run_of
 

@@ -12,8 +12,7 @@ from pipeline.records.fits import (
     StaticCharacteristic,
     ThrustFamily,
 )
-from pipeline.simulate.bench_model import BenchModel
-from pipeline.simulate.context import model_of
+from pipeline.simulate.context import BenchModel, model_of
 from pipeline.vehicle.model_schema import ThrusterModel
 from pipeline.vehicle.schema import Vehicle
 

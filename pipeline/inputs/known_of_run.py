@@ -4,9 +4,8 @@ from dataclasses import replace
 
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
-from pipeline.records.run_conditions import KnownOfRun
 from pipeline.records.run_notes import RunNotes
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import KnownOfRun, RunTable
 from pipeline.simulate.context import model_of
 from pipeline.simulate.run_conditions import run_setup
 from pipeline.simulate.tether_along import tether_force

@@ -12,7 +12,7 @@ from pipeline.plan import TITLES, VEHICLE_FILE, typed_name
 from pipeline.provenance import file_digest
 from pipeline.records.base import Record
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes

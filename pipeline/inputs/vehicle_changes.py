@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from pipeline.errors import CannotComputeError, InputError, Place
 from pipeline.provenance import canonical_json, file_digest, unwritable, write_atomically
-from pipeline.records.file_change import AppliedChange
+from pipeline.records.base import AppliedChange
 
 
 def changes_of(file: Path) -> tuple[AppliedChange, ...]:

@@ -11,11 +11,10 @@ from gettext import c2py
 
 from pipeline.language import phrases
 from pipeline.language.as_it_is import MARKED
-from pipeline.language.beginning import as_begun, turned, variants
 from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
 from pipeline.language.phrases import BRACKETED, SEMICOLON
 from pipeline.language.po import Entry
-from pipeline.language.template import Template, fill
+from pipeline.language.template import Template, as_begun, fill, turned, variants
 
 #: A line beyond this is no message of ours.
 _LONGEST = 4000

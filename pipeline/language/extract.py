@@ -26,7 +26,6 @@ _SILENT = (
     "bundled/",
     "blind/truth/",
     "language/",
-    "effects/catalogue.py",
     "export/c_",
     "export/allocator_source.py",
     "export/self_test.py",

@@ -1,13 +1,33 @@
 """A message with places for values, ``{0} points left out``, and how a text is told to be of it."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 _FIELD = re.compile(r"\{(\d+)\}")
 _LETTER = re.compile(r"[A-Za-z]")
 #: Fewer letters than this say little: the values must then be known, or names.
 _FEW_LETTERS, _FEW_AT_END = 5, 12
+
+
+def variants(text: str) -> Iterator[tuple[str, str]]:
+    """Yield a text as it could stand in the catalogue, and what to add to the translation."""
+    for one in (text, turned(text)):
+        yield one, ""
+        if one.endswith("."):
+            yield one[:-1], "."
+
+
+def turned(text: str) -> str:
+    """Begin with a small letter instead of a capital, or the other way."""
+    return text[:1].swapcase() + text[1:]
+
+
+def as_begun(text: str, message: str, said: str) -> str:
+    """Let a translation begin with a capital, or not, as the text does."""
+    if text[:1] == message[:1] or text[:1].lower() != message[:1].lower():
+        return said
+    return said[:1].upper() + said[1:] if text[:1].isupper() else said[:1].lower() + said[1:]
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ import numpy as np
 
 from pipeline.measured.motion import MeasuredMotion
 from pipeline.physics.parameters import write
-from pipeline.records.run_conditions import Conditions
-from pipeline.records.run_table import RunTable
-from pipeline.simulate.kernel_demand import demand_along
+from pipeline.records.run_table import Conditions, RunTable
+from pipeline.simulate.kernel_alone import demand_along
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
-from pipeline.simulate.kernel_codes import codes_that_act
+from pipeline.simulate.kernel_alone import codes_that_act
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import elliprd
 
 from pipeline.errors import CannotComputeError
-from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.physics.carried_body import cross_matrix
 from pipeline.types import FloatArray
 
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.physics.carried_body import cross_matrix
 from pipeline.types import FloatArray
 
 

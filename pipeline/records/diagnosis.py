@@ -2,9 +2,7 @@
 
 from pydantic import Field
 
-from pipeline.records.base import Record
-from pipeline.records.file_change import FileChange
-from pipeline.records.glance import Glance
+from pipeline.records.base import FileChange, Glance, Record
 
 Interval = tuple[float, float]
 
@@ -270,3 +268,22 @@ class DiagnosisRecord(Record):
     vehicle_file_sha256: str = ""
     changes: tuple[FileChange, ...] = ()
     """What the verdict changes in that vehicle file; `rig2sea apply` writes it."""
+
+
+class CodeSeries(Record):
+    """One channel by control code: measured, the model before, the model with the answer."""
+
+    channel: str
+    unit: str
+    code: tuple[float, ...]
+    measured: tuple[float, ...]
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    held_out: tuple[bool, ...]
+
+
+class BenchDiagnosisRecord(DiagnosisRecord):
+    """The answer for a mooring table; what only a pool run has is empty."""
+
+    by_code: tuple[CodeSeries, ...]
+    """Takes the place of `series`, which is over time."""

@@ -2,8 +2,7 @@
 
 from typing import Literal
 
-from pipeline.records.base import Record
-from pipeline.records.file_change import FileChange
+from pipeline.records.base import FileChange, Record
 from pipeline.records.gains import ThrusterGains
 
 Interval = tuple[float, float]

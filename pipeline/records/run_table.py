@@ -9,8 +9,12 @@ from typing import Self
 
 import numpy as np
 
-from pipeline.records.run_conditions import AS_STATED, Conditions, KnownOfRun
 from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: Times that agree to this are the same: stamps are rounded, and so are steps. [s]
+_SAME_S = 1e-6
+#: Decimals of a mean: what differences of long sums leave beyond them is round-off.
+_DIGITS = 9
 
 #: Quantities of a run: name -> (columns, unit, meaning). Axes SNAME and NED. Commands and shaft
 #: speeds have a column for each thruster.
@@ -30,6 +34,119 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 #: Readings that stand in their rows to this are not told apart from them. [s]
 _ON_ROW_S = 1e-9
+
+
+def mean_held(
+    sent_s: FloatArray, values: FloatArray, time_s: FloatArray, step_s: float
+) -> FloatArray:
+    """Mean of the commands that hold over the step which begins at each row.
+
+    A simulation takes one command a step. Where a new one comes in mid-step, either of the two
+    alone would be up to a step early or late: a tenth of the lag of many drives, and plain to see
+    for an accelerometer. The mean leaves a lagging drive where the two in turn leave it, but for
+    what the lag forgets within a step.
+
+    Parameters
+    ----------
+    sent_s : ndarray, shape (n,)
+        When each command was sent, ascending. [s]
+    values : ndarray, shape (n, k)
+        The commands; the first is taken to have held before, too.
+    time_s : ndarray, shape (m,)
+        Begins of the steps. [s]
+    step_s : float
+        Their length. [s]
+
+    Returns
+    -------
+    ndarray, shape (m, k)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> sent_s, codes = np.array([0.0, 0.05]), np.array([[10.0], [20.0]])
+    >>> mean_held(sent_s, codes, np.array([0.02, 0.04, 0.06]), 0.02).ravel().tolist()
+    [10.0, 15.0, 20.0]
+    """
+    reached = np.concatenate(
+        [np.zeros((1, values.shape[1])), np.cumsum(values[:-1] * np.diff(sent_s)[:, None], axis=0)]
+    )
+
+    def held_at(at_s: FloatArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], FloatArray]:
+        index = np.clip(np.searchsorted(sent_s, at_s, side="right") - 1, 0, None)
+        return index, reached[index] + values[index] * (at_s - sent_s[index])[:, None]
+
+    first, begun = held_at(time_s + _SAME_S)
+    last, ended = held_at(time_s + step_s - _SAME_S)
+    mean = (ended - begun) / (step_s - 2.0 * _SAME_S)
+    # one command alone is that command, not nearly so: thrusts have kinks at whole codes
+    return np.where((first == last)[:, None], values[first], np.round(mean, _DIGITS))
+
+
+@dataclass(frozen=True)
+class KnownBody:
+    """Something put onto the vehicle of the file, or taken off (negative numbers).
+
+    `mass_kg` in air, `volume_m3` the water that it displaces, `position_m` body axes;
+    `inertia_kgm2` I_xx, I_yy, I_zz about its own centre.
+    """
+
+    name: str
+    mass_kg: float
+    volume_m3: float
+    position_m: tuple[float, float, float]
+    inertia_kgm2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How a vehicle differs from its file for a while; `density_kgpm3` None: as in the file."""
+
+    bodies: tuple[KnownBody, ...] = ()
+    density_kgpm3: float | None = None
+    gravity_mps2: float = 9.81
+
+    @property
+    def as_stated(self) -> bool:
+        """Whether nothing differs."""
+        return not self.bodies and self.density_kgpm3 is None
+
+
+#: Conditions of a run of which nothing else is known.
+AS_STATED = Conditions()
+
+
+@dataclass(frozen=True)
+class KnownOfRun:
+    """What is known of a run, by its own time.
+
+    `from_s` (k,) are the times from which `conditions` hold, the first at or before the first row;
+    `force` (m, 6) is what acts on the vehicle from outside at every row of the table, body axes,
+    about the origin: its cable's [N, N m]. `notes` are for whoever reads the result.
+    """
+
+    from_s: tuple[float, ...] = (0.0,)
+    conditions: tuple[Conditions, ...] = (AS_STATED,)
+    force: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+    def at(self, time_s: float) -> Conditions:
+        """Return the conditions at a time [s]."""
+        place = int(np.searchsorted(self.from_s, time_s + 1e-9, side="right")) - 1
+        return self.conditions[max(place, 0)]
+
+    def rows_of_changes(self, time_s: FloatArray) -> IntArray:
+        """Rows of a table with these times at which something else begins to hold."""
+        rows = np.searchsorted(time_s, np.array(self.from_s[1:]) - 1e-9)
+        return np.unique(rows[(rows > 0) & (rows < time_s.size)])
+
+    def part(self, rows: slice, begin_s: float) -> "KnownOfRun":
+        """Return what is known of some rows, counted from `begin_s` on. [s]."""
+        return replace(
+            self,
+            from_s=tuple(one - begin_s for one in self.from_s),
+            force=None if self.force is None else self.force[rows],
+        )
 
 
 @dataclass(frozen=True)

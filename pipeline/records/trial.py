@@ -4,12 +4,31 @@ from typing import Literal
 
 from pydantic import Field
 
-from pipeline.records.base import Record
+from pipeline.records.base import Glance, Record
 from pipeline.records.gains import PooledGain, ThrusterGains
-from pipeline.records.glance import Glance
 from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
-from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import PoolRunRecord
+
+ManoeuvreName = Literal[
+    "idle",
+    "hover",
+    "straight",
+    "surge_steps",
+    "surge_ramp",
+    "coast_down",
+    "zig_zag",
+    "heading_steps",
+    "spiral",
+    "circle",
+    "heave_steps",
+    "pitch_steps",
+    "roll_steps",
+    "multisine",
+    "chirp",
+    "prbs",
+    "free_decay",
+    "mixed",
+]
 
 #: The model loses against the last value when its error is larger by this factor.
 LOSES = 1.1
@@ -18,6 +37,18 @@ LOSES = 1.1
 LARGEST_OVERLAY_BYTES = 500_000_000
 #: Errors below this many times the sensor's noise are the sensor's.
 IN_THE_NOISE = 2.0
+
+
+class ManoeuvreFound(Record):
+    """A stretch of a run and what it was.
+
+    `from_s`, `to_s` count from the start of the run's table.
+    """
+
+    name: ManoeuvreName
+    from_s: float
+    to_s: float
+    sentence: str
 
 
 class StoredRun(PoolRunRecord):

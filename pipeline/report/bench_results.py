@@ -7,8 +7,8 @@ import numpy as np
 from pipeline.control.inverse import thrust_grid
 from pipeline.language import as_it_is
 from pipeline.physics.thrust_grid import thrust_from_code
+from pipeline.records.base import LIGHTS, Advice, Glance, Light
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
-from pipeline.records.glance import LIGHTS, Advice, Glance, Light
 from pipeline.records.measurements import MooringRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure

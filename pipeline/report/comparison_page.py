@@ -3,8 +3,8 @@
 import numpy as np
 
 from pipeline.language import as_it_is
+from pipeline.records.base import Advice, Glance
 from pipeline.records.comparison import Comparison, Difference, Side
-from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
 from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Section, Table, Text, chapter

@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 from pipeline.language import as_it_is
-from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.day_findings import day_findings
+from pipeline.records.base import Advice, Glance, Light
+from pipeline.records.day_findings import DayFinding, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.glance import Advice, Glance, Light
 from pipeline.report import diagnosis_words as words
 from pipeline.report.blocks import Figure, Links, Section, fold
 from pipeline.report.glance import diagnosis_glance

@@ -7,8 +7,12 @@ import numpy as np
 
 from pipeline.effects.library import effects
 from pipeline.language import as_it_is, translate
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
-from pipeline.records.diagnosis import DiagnosisRecord, ParameterEstimate, Verdict
+from pipeline.records.diagnosis import (
+    BenchDiagnosisRecord,
+    DiagnosisRecord,
+    ParameterEstimate,
+    Verdict,
+)
 from pipeline.report.numbers import fixed, general, percent, unit_text, with_interval
 
 REGRESSORS = {

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pipeline.language import as_it_is
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.base import LIGHTS, Advice, Glance, Light
+from pipeline.records.day_findings import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, NextRun
 from pipeline.records.gains import ThrusterGains
-from pipeline.records.glance import LIGHTS, Advice, Glance, Light
 from pipeline.report.diagnosis_words import capital, listed
 from pipeline.report.numbers import plural
 from pipeline.report.plain_words import (

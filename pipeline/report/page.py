@@ -8,7 +8,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from pipeline.language import translate
-from pipeline.records.glance import Glance, Light
+from pipeline.records.base import Glance, Light
 from pipeline.report.bench_results import vehicle_glance
 from pipeline.report.blocks import Figure, Section, Text
 from pipeline.report.glance import rank

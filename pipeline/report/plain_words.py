@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from pipeline.effects.library import effects
 from pipeline.language import as_it_is
-from pipeline.records.day_diagnosis import DayFinding
+from pipeline.records.base import Advice
+from pipeline.records.day_findings import DayFinding
 from pipeline.records.diagnosis import ParameterEstimate
-from pipeline.records.glance import Advice
 from pipeline.report.diagnosis_words import capital, in_words, listed, parameter_words, said
 from pipeline.report.numbers import fixed, general, percent, with_interval
 

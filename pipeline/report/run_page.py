@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from pipeline.language import as_it_is
-from pipeline.records.glance import Glance
+from pipeline.records.base import Glance
 from pipeline.report.blocks import Gallery, fold
 from pipeline.report.numbers import fixed
 from pipeline.report.page import Labels, Page, Status

@@ -5,8 +5,7 @@ import numpy as np
 from pipeline.control.bounded_allocation import configuration
 from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
-from pipeline.simulate.kernel_demand import demand_along
-from pipeline.simulate.kernel_wrench import wrench_along
+from pipeline.simulate.kernel_alone import demand_along, wrench_along
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.simulate.run import Method, run
 from pipeline.types import FloatArray

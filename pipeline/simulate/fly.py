@@ -11,9 +11,8 @@ from pipeline.control.autopilot import Autopilot, Design, MeasuredState, Setpoin
 from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
-from pipeline.simulate.mover import Mover
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.simulate.run import Trajectory, initial_state, largest_step_s, run
+from pipeline.simulate.run import Mover, Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
 
 #: Period of the autopilot and of the commands. [s]

@@ -25,14 +25,7 @@ from pipeline.simulate.kernel_hull import (
     subtract_coriolis,
     wall_factor,
 )
-from pipeline.simulate.kernel_lag import (
-    Lags,
-    aim_lags,
-    begin_lags,
-    end_lags,
-    lagged,
-    lags_at,
-)
+from pipeline.simulate.kernel_lag import Lags, aim_lags, begin_lags, end_lags, lagged, lags_at
 from pipeline.simulate.kernel_thrusters import (
     add_thrust,
     effective_codes,

@@ -7,8 +7,7 @@ removed, every channel on one time base, velocity turned from the DVL's axes int
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from pipeline.records.held_commands import mean_held
-from pipeline.records.run_table import OffRow, RunTable
+from pipeline.records.run_table import OffRow, RunTable, mean_held
 from pipeline.simulate.sensors import Channel, Log
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Sensors

@@ -8,8 +8,7 @@ import numpy as np
 from pipeline.effects.effect import EffectContext
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import neutral_vector, read
-from pipeline.simulate.bench_model import BenchModel
-from pipeline.simulate.context import effect_context, model_of
+from pipeline.simulate.context import BenchModel, effect_context, model_of
 from pipeline.simulate.kernel_alone import fill_mass
 from pipeline.simulate.pack_hull import crossflow_strips, write_body, write_lift, write_surroundings
 from pipeline.simulate.pack_thrusters import (

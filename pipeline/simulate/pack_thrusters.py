@@ -8,8 +8,7 @@ from pipeline.physics.parameters import MOST_THRUSTERS, write
 from pipeline.physics.propeller import polynomial
 from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
 from pipeline.records.fits import SignedFamily, StaticCharacteristic, ThrustFamily
-from pipeline.simulate.bench_model import BenchModel
-from pipeline.simulate.context import model_of
+from pipeline.simulate.context import BenchModel, model_of
 from pipeline.simulate.kernel_thrusters import SCREW_COLUMNS
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import FromBollard, FromMooring, FromTables, ThrusterModel

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, SEMI_IMPLICIT, STATE
-from pipeline.simulate.kernel_pieces import lag_pieces, simulate_pieces
+from pipeline.simulate.kernel_alone import lag_pieces, simulate_pieces
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
@@ -255,3 +255,23 @@ def run_many(
         return [one(vector) for vector in vectors]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(one, vectors))
+
+
+class Mover(Protocol):
+    """Simulates commands held for one step each; `run` is one.
+
+    One that carries a state of its own (a tether) goes on from where its last call ended.
+    """
+
+    def __call__(
+        self,
+        packed: PackedVehicle,
+        commands: FloatArray,
+        *,
+        dt_s: float,
+        vector: FloatArray | None = None,
+        start: FloatArray | None = None,
+        start_time_s: float = 0.0,
+    ) -> Trajectory:
+        """Return the run of commands (m, n); arguments as `run` takes them."""
+        ...

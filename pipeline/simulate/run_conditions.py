@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass, replace
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_conditions import AS_STATED, Conditions, KnownBody
 from pipeline.records.run_notes import BallastItem, RunNotes
+from pipeline.records.run_table import AS_STATED, Conditions, KnownBody
 from pipeline.simulate.events import PayloadEvent, checked_events
 from pipeline.simulate.tethered_mover import WinchOrder
 from pipeline.simulate.vector_under import vector_under

@@ -15,13 +15,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory, checked_codes, initial_state, trajectory
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState, lumped_tether
 from pipeline.simulate.tether_alone import hang
-from pipeline.simulate.tether_arrays import (
-    TetherRecord,
-    history,
-    prepare,
-    refuse,
-    refuse_short,
-)
+from pipeline.simulate.tether_arrays import TetherRecord, history, prepare, refuse, refuse_short
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.model_schema import Tether
 

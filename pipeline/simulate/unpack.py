@@ -8,8 +8,8 @@ from pipeline.simulate.kernel_alone import fill_directions
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import inertia_tensor, point_inertia
 from pipeline.types import FloatArray
+from pipeline.vehicle.estimates import share_changes
 from pipeline.vehicle.frames import Change
-from pipeline.vehicle.hull_shares import share_changes
 from pipeline.vehicle.model_schema import FromBollard, Lift, Model
 from pipeline.vehicle.schema import LEAST_GAIN, Vehicle
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.physics.carried_body import carry
 from pipeline.physics.parameters import read
-from pipeline.records.run_conditions import Conditions
+from pipeline.records.run_table import Conditions
 from pipeline.types import FloatArray
 
 _WITH_DENSITY = (

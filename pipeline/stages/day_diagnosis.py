@@ -2,8 +2,7 @@
 
 from pipeline.errors import CannotComputeError, is_of_the_machine
 from pipeline.ingest.same_run import repeated_runs
-from pipeline.records.day_diagnosis import DayDiagnosis, RunDiagnosis
-from pipeline.records.day_findings import agree, day_findings
+from pipeline.records.day_findings import DayDiagnosis, RunDiagnosis, agree, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.trial import StoredRun
 from pipeline.stages.job import Job, leaves_record

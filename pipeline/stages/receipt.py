@@ -1,7 +1,6 @@
 """Receipts of files that are not JSON records: their digests, by path from the output folder."""
 
-from pipeline.records.base import Record
-from pipeline.records.glance import Glance
+from pipeline.records.base import Glance, Record
 
 
 class FirmwareFiles(Record):

@@ -9,8 +9,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
 from pipeline.provenance import read_envelope
-from pipeline.records.day_diagnosis import RunDiagnosis
-from pipeline.records.day_findings import day_findings
+from pipeline.records.day_findings import RunDiagnosis, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.reference import ReferenceRecord
 from pipeline.records.run_table import RunTable

@@ -16,9 +16,8 @@ from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.inputs.no_solution import with_reason
 from pipeline.provenance import file_digest
-from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
-from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
+from pipeline.records.trial import LARGEST_OVERLAY_BYTES, ManoeuvreFound, RunTrial, StoredRun
 from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_table_file import read_tables, write_tables

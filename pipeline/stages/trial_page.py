@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pipeline.plan import report_file
 from pipeline.provenance import file_digest
-from pipeline.records.day_diagnosis import DayDiagnosis
+from pipeline.records.base import Glance
+from pipeline.records.day_findings import DayDiagnosis
 from pipeline.records.gains import PooledGain
-from pipeline.records.glance import Glance
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
 from pipeline.report.html import address_from, placed, write_page

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pipeline.records.file_change import FileChange, Plain
+from pipeline.records.base import FileChange, Plain
 from pipeline.vehicle.estimates import Estimate
 from pipeline.vehicle.frames import Change
 from pipeline.vehicle.schema import Vehicle

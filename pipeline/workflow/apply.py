@@ -31,9 +31,9 @@ from pipeline.inputs.vehicle_changes import (
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import file_digest, read_envelope
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding, RunDiagnosis
+from pipeline.records.base import AppliedChange, FileChange
+from pipeline.records.day_findings import DayDiagnosis, DayFinding, RunDiagnosis
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.identification import Identification, VehicleIdentification
 from pipeline.records.trial import TrialDay
 from pipeline.types import FloatArray

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from pipeline.records.file_change import AppliedChange, FileChange
+from pipeline.records.base import AppliedChange, FileChange
 from pipeline.workflow.apply import ChangeProposal, Codes
 
 

@@ -3,7 +3,7 @@
 What a small result costs is mostly the start of a process. So the stages of a vehicle share one,
 and vehicles that have nothing else to do share it too. To the engine a job is a mark that it is
 done; the results are no outputs of it, which it would remove where another step of the job fails.
-Whether a result is good is told by its envelope (`freshness`, `pool_plan`).
+Whether a result is good is told by its envelope (`known_files`, `pool_plan`).
 """
 
 import json
@@ -19,8 +19,7 @@ from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
 from pipeline.provenance import code_digest, write_atomically
 from pipeline.stage_table import STAGES
 from pipeline.workflow.engine import FOLDER
-from pipeline.workflow.pool_batches import MOST_RUNS, PHASES
-from pipeline.workflow.pool_plan import PoolPlan
+from pipeline.workflow.pool_plan import MOST_RUNS, PHASES, PoolPlan
 
 #: Stages that pool runs wait for; with all that they need they are a job of their own then.
 _BEFORE_RUNS = (*RAW_KINDS, "propeller", "drive", "static")

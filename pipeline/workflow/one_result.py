@@ -1,18 +1,24 @@
 """One stage's result of one vehicle, made anew where it is stale; what ``run --only`` would be."""
 
+import shutil
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import CannotComputeError, InputError, Problem
-from pipeline.plan import TITLES, choose, processed_file
-from pipeline.provenance import Envelope, read_envelope
+from pipeline.plan import TITLES, UsageError, choose, processed_file, report_file
+from pipeline.provenance import Envelope, file_digest, read_envelope, read_raw_envelope, unwritable
 from pipeline.records.base import Record
-from pipeline.workflow.outcome import refused_behind
+from pipeline.records.validation import AllocatorValidation
+from pipeline.stages.receipt import FirmwareFiles
+from pipeline.workflow.outcome import failed_checks_behind, refused_behind
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import RunRequest, run
-from pipeline.workflow.summary import failure_line
+from pipeline.workflow.summary import check_line, failure_line
 
 R = TypeVar("R", bound=Record)
 
@@ -58,3 +64,129 @@ def one_result(request: RunRequest, stage: str, model: type[R]) -> OneResult[R]:
     envelope = read_envelope(file, stage, model)
     (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
     return OneResult(name, file, envelope, refused_behind(vehicle, stage, request.out))
+
+
+@dataclass(frozen=True)
+class ExportedFiles:
+    """The files written, and the errors of raw files that the tables had to do without."""
+
+    files: tuple[Path, ...]
+    refused: tuple[Problem, ...]
+
+
+def export_firmware(request: RunRequest, to: Path) -> ExportedFiles:
+    """Copy one vehicle's firmware files, made anew where they are stale.
+
+    Checks of the tables that failed are told on standard error: the files are good to compile, and
+    whoever flashes them should know.
+
+    Parameters
+    ----------
+    request : RunRequest
+        With exactly one vehicle.
+    to : Path
+        Folder that gets the files.
+
+    Returns
+    -------
+    ExportedFiles
+        The files written, and what is missing from them.
+
+    Raises
+    ------
+    CannotComputeError
+        When the vehicle's data do not give firmware tables; the text says why.
+    InputError
+        When the folder cannot be written.
+    """
+    made = one_result(request, "firmware", FirmwareFiles)
+    receipt = made.envelope
+    if receipt.record is None:
+        raise CannotComputeError(f"{made.vehicle} has no firmware tables. {receipt.why_not}")
+    sources = [request.out / file for file in receipt.record.files]
+    files = _copied(sources, to)
+    (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
+    say = Progress(sys.stderr).say
+    for note in receipt.record.notes:
+        say(note)
+    for check in failed_checks_behind(vehicle, "firmware", request.out):
+        say(check_line(made.vehicle, check))
+    return ExportedFiles(files, made.refused)
+
+
+def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:
+    """Copy the files, none before all could be written: a header fits one source alone."""
+    parts = [to / f".{source.name}.part" for source in sources]
+    targets = tuple(to / source.name for source in sources)
+    try:
+        to.mkdir(parents=True, exist_ok=True)
+        for source, part in zip(sources, parts, strict=True):
+            shutil.copyfile(source, part)
+        for part, target in zip(parts, targets, strict=True):
+            part.replace(target)
+    except OSError as error:
+        for part in parts:
+            with suppress(OSError):
+                part.unlink()
+        raise unwritable(to, error) from error
+    return targets
+
+
+@dataclass(frozen=True)
+class Validated:
+    """The result and where it lies."""
+
+    vehicle: str
+    record: AllocatorValidation
+    file: Path
+    page: Path | None
+    """The vehicle's report, where it shows these flights."""
+    refused: tuple[Problem, ...]
+    """Errors of raw files that the tables had to do without."""
+
+
+def validated(text: str, raw: Path, out: Path) -> Validated:
+    """Run what is stale of what one vehicle's flights need, and return them.
+
+    Parameters
+    ----------
+    text : str
+        A name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled name.
+    raw, out : Path
+        The raw folder, and the folder that gets ``processed/`` and ``reports/``.
+
+    Raises
+    ------
+    UsageError
+        When there is no such vehicle.
+    InputError, CannotComputeError
+        When it cannot be read, or there is nothing to fly; the text says why.
+    """
+    request = RunRequest((_place(text, raw, out),), raw, out)
+    made = one_result(request, "validation", AllocatorValidation)
+    name, record = made.vehicle, made.envelope.record
+    if record is None:
+        raise CannotComputeError(f"{name} cannot be flown. {made.envelope.why_not}")
+    page = out / report_file(name) if _is_shown(name, out) else None
+    return Validated(name, record, made.file, page, made.refused)
+
+
+def _is_shown(name: str, out: Path) -> bool:
+    """Whether the vehicle's page was made with these flights."""
+    file = processed_file(name, "validation")
+    try:
+        body = read_raw_envelope(out / processed_file(name, "vehicle_page"), "vehicle_page")
+        return bool(body["inputs"].get(file) == file_digest(out / file))
+    except (InputError, KeyError, TypeError, AttributeError):
+        return False
+
+
+def _place(text: str, raw: Path, out: Path) -> str:
+    """Return what a run takes for the vehicle: a bundled one by its folder."""
+    try:
+        choose((text,), raw, out)
+    except UsageError:
+        if text in bundled_vehicles():
+            return str(bundled_vehicle(text))
+        raise
+    return text

@@ -1,11 +1,13 @@
 """What of the pool runs is to be done: only runs and days whose results do not fit any more.
 
 A season has hundreds of runs. The engine is told of those that have something to do; all others
-are finished files to it, so a run costs what is new and not what there is.
+are finished files to it, so a run costs what is new and not what there is. What a
+small run costs is mostly the start of a process: a batch takes runs of one day through the stages
+of a phase in one process, each run with results, message and freshness of its own.
 """
 
 from bisect import bisect_left
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +19,6 @@ from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, stages_of
 from pipeline.workflow.known_files import Head, KnownFiles
-from pipeline.workflow.pool_batches import Batch, batches
 from pipeline.workflow.pool_runs import (
     UNDATED,
     PoolLog,
@@ -27,9 +28,83 @@ from pipeline.workflow.pool_runs import (
     result_file,
 )
 
+#: Phase -> its stages, in groups that all runs of a batch go through before the next: a page waits
+#: for no diagnosis. Reading does not wait for the bench; flying does.
+PHASES: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "read": (("pool_run",),),
+    "fly": (("run_trial", "run_page"), ("run_diagnosis",)),
+}
+#: A process takes at most so many runs: what is lost when it is killed.
+MOST_RUNS = 8
+#: A log of this size or more has a process of its own, whose memory is then its own too.
+ALONE_BYTES = 50_000_000
+
 RUN_STAGES, DAY_STAGES = stages_of("run"), stages_of("day")
 #: The trend of a day's page goes back over this many trial days.
 TREND_DAYS = 30
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Runs that one process takes through a phase, in this order."""
+
+    phase: str
+    runs: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """A name that no other batch of the vehicle has, since a run is in one of each phase."""
+        return f"{self.phase}-{self.runs[0]}"
+
+
+def batches(
+    pending: Mapping[str, Sequence[str]],
+    days: Mapping[str, Sequence[str]],
+    sizes: Mapping[str, int],
+    workers: int,
+) -> tuple[Batch, ...]:
+    """Share the runs that have something to do out.
+
+    Parameters
+    ----------
+    pending : mapping of str to sequence of str
+        Stage -> runs.
+    days : mapping of str to sequence of str
+        Day -> its runs. A batch has runs of one day: its page waits for no other's.
+    sizes : mapping of str to int
+        Run -> bytes of its log.
+    workers : int
+        Processes that may be at work side by side; none is to be idle for the sake of a batch.
+
+    Returns
+    -------
+    tuple of Batch
+
+    Examples
+    --------
+    >>> due = {"pool_run": ["a", "b", "c"], "run_page": ["c"]}
+    >>> [b.name for b in batches(due, {"2026-05-04": ["a", "b", "c"]}, {"b": 9}, 2)]
+    ['read-a', 'read-b', 'fly-c']
+    >>> batches(due, {"2026-05-04": ["a", "b", "c"]}, {"b": 9}, 2)[0].runs
+    ('a', 'c')
+    """
+    found = []
+    for phase, groups in PHASES.items():
+        due = {run for group in groups for stage in group for run in pending.get(stage, ())}
+        most = min(MOST_RUNS, max(1, -(-len(due) // max(workers, 1))))
+        for runs in days.values():
+            # the largest last: a process that runs out of memory has done the others by then
+            ordered = sorted(due.intersection(runs), key=lambda run: (sizes.get(run, 0), run))
+            found += [Batch(phase, tuple(part)) for part in _parts(ordered, sizes, most)]
+    return tuple(found)
+
+
+def _parts(runs: Sequence[str], sizes: Mapping[str, int], most: int) -> Iterator[Sequence[str]]:
+    small = [run for run in runs if sizes.get(run, 0) < ALONE_BYTES]
+    for begin in range(0, len(small), most):
+        yield small[begin : begin + most]
+    for run in runs[len(small) :]:
+        yield [run]
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,21 @@ from pipeline.provenance import code_digest, unwritable, write_atomically
 from pipeline.reader_language import current
 from pipeline.stage_table import STAGES, needed_for, stages_of
 from pipeline.workflow.engine_jobs import Due, EngineJob, engine_jobs, hand_over
-from pipeline.workflow.freshness import due_stages, remove_results
-from pipeline.workflow.known_files import KnownFiles
+from pipeline.workflow.known_files import KnownFiles, due_stages, remove_results
 from pipeline.workflow.lock import only_run
-from pipeline.workflow.outcome import Outcome, outcome_of
-from pipeline.workflow.pool_outcome import new_pages, with_pool
+from pipeline.workflow.outcome import Outcome, new_pages, outcome_of, with_pool
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.settled import index_digest, is_settled, keep
 from pipeline.workflow.start import forget_engine_state, start, usable_cores
-from pipeline.workflow.thruster_types import with_types
-from pipeline.workflow.vehicle_places import forget_gone, taken_over
+from pipeline.workflow.vehicle_places import (
+    forget_gone,
+    index_digest,
+    is_settled,
+    keep,
+    taken_over,
+    with_types,
+)
 
 #: How many processes a cluster is taken to have at work side by side, for the size of batches.
 _WORKERS_ELSEWHERE = 100

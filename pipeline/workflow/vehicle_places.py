@@ -3,16 +3,95 @@
 Its results and pages are nobody's to delete but the user's. What goes is the receipt by which the
 index knows a vehicle; it comes back with the vehicle. A vehicle may be run from any folder, so
 where each was is remembered; two of one name in one place of results are told of.
+
+What the index was made from goes into one digest, kept after an execution that did everything:
+where nothing else is to do either, the engine, which takes seconds to start, is not asked.
 """
 
+import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pipeline.plan import VEHICLE_FILE, VehicleFolder, is_vehicle_name, processed_file
-from pipeline.provenance import write_atomically
+from pipeline.errors import InputError, Place
+from pipeline.plan import (
+    NAME_EXPECTED,
+    VEHICLE_FILE,
+    VehicleFolder,
+    is_vehicle_name,
+    processed_file,
+)
+from pipeline.provenance import code_digest, file_digest, write_atomically
+from pipeline.vehicle.load import load_vehicle
+from pipeline.workflow.engine_jobs import INDEX
 
 _MEMORY = "places.json"
+
+
+def index_digest(vehicles: Sequence[str], others: Sequence[str], out: Path) -> str:
+    """Digest of the index and of all that it was made from.
+
+    Parameters
+    ----------
+    vehicles, others : sequence of str
+        The vehicles of this execution, and those with results from before.
+    out : Path
+        The folder of ``processed/`` and ``reports/``.
+    """
+    receipts = [(name, out / processed_file(name, "vehicle_page")) for name in (*vehicles, *others)]
+    lines = [code_digest("pipeline.stages.index_page"), file_digest(out / INDEX)]
+    lines += [f"{name} {file_digest(path)}" for name, path in receipts]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def is_settled(memory: Path, digest: str) -> bool:
+    """Whether an execution that did everything left this state."""
+    try:
+        return memory.read_text(encoding="utf-8").strip() == digest
+    except (OSError, ValueError):
+        return False
+
+
+def keep(memory: Path, digest: str) -> None:
+    """Remember the state after an execution that did everything."""
+    write_atomically(memory, f"{digest}\n")
+
+
+def with_types(vehicles: Iterable[VehicleFolder], out: Path) -> tuple[VehicleFolder, ...]:
+    """Return the vehicles, behind each one its types of thruster that `tables.types` names.
+
+    A vehicle file that cannot be read names none here; whoever runs the vehicle says why.
+
+    Raises
+    ------
+    InputError
+        When the results of a type would lie where those of another vehicle do.
+    """
+    found: list[VehicleFolder] = []
+    for one in vehicles:
+        found += (one, *(_typed(one, name, out) for name in types_of(out / one.vehicle_file)))
+    return tuple(found)
+
+
+def types_of(vehicle_file: Path) -> tuple[str, ...]:
+    """Return the further types that a vehicle file names; none of one that cannot be read."""
+    try:
+        return tuple(load_vehicle(vehicle_file).tables.types)
+    except InputError:
+        return ()
+
+
+def _typed(vehicle: VehicleFolder, thruster_type: str, out: Path) -> VehicleFolder:
+    typed = vehicle.of_type(thruster_type)
+    namesake = (out / vehicle.folder).parent / typed.name / VEHICLE_FILE
+    if namesake.exists():
+        what = f"results of thruster type {thruster_type} would be those of {namesake.parent}."
+    elif not is_vehicle_name(typed.name):
+        what = f"results of thruster type {thruster_type} cannot be kept as {typed.name}."
+    else:
+        return typed
+    place = Place(str(out / vehicle.vehicle_file))
+    raise InputError.at(place, what, expected=NAME_EXPECTED, remedy="Name the type otherwise.")
 
 
 def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[str, ...]:

@@ -1,19 +1,135 @@
 """``rig2sea why``: a number of the tables, and the chain of files that it came from."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, Place
-from pipeline.plan import VEHICLE_FILE, VehicleFolder, choose, discover, processed_file
-from pipeline.provenance import canonical_json, read_tables
+from pipeline.inputs.vehicle_changes import changes_of
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.plan import VEHICLE_FILE, UsageError, VehicleFolder, choose, discover, processed_file
+from pipeline.provenance import UNREADABLE, canonical_json, file_digest, read_envelope, read_tables
+from pipeline.records.base import AppliedChange
+from pipeline.records.measurements import MooringRecord
+from pipeline.vehicle.change_list import value_at
+from pipeline.vehicle.estimates import Estimate, estimates_of
+from pipeline.vehicle.load import load_checked, load_vehicle
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import is_at_supply
 from pipeline.workflow.cell import Cell, find_cell
 from pipeline.workflow.lineage import Link, Raw, lineage
-from pipeline.workflow.spare_points import SparePoints, spare_points
-from pipeline.workflow.thruster_types import with_types
+from pipeline.workflow.vehicle_places import with_types
+
+_SIGNS = {"positive": 1, "negative": -1}
+
+#: Sections of a vehicle file that a path may begin with.
+_SECTIONS = frozenset({"water", "propellers", "drives", "thrusters", "model", "sensors"})
 
 _DIGITS = 12
+
+
+@dataclass(frozen=True)
+class SparePoints:
+    """Points of one sign of code that are not fitted.
+
+    `dead` of them gave `thrust_dead_n` [N] or less, `other_supply` were taken at another supply
+    voltage than the tables are for.
+    """
+
+    thrust_dead_n: float
+    dead: int
+    other_supply: int
+
+
+def spare_points(cell: Cell, vehicle: VehicleFolder, out: Path) -> SparePoints | None:
+    """Count them for a number of Table 3; None for any other, and where nothing can be counted."""
+    sign = _SIGNS.get(cell.path.partition(".")[2].partition("[")[0])
+    if cell.table != "table3" or sign is None:
+        return None
+    try:
+        tables = load_vehicle(out / vehicle.vehicle_file).tables
+        path = out / processed_file(vehicle.name, "mooring")
+        record = read_envelope(path, "mooring", MooringRecord).record
+    except InputError:
+        return None
+    if record is None:
+        return None
+    own = [one for one in record.points if not one.marks and sign * one.code > 0]
+    near = [one for one in own if is_at_supply(one.voltage_v, tables.supply_voltage_v)]
+    dead = sum(sign * one.thrust_n <= tables.thrust_dead_n for one in near)
+    return SparePoints(tables.thrust_dead_n, dead, len(own) - len(near))
+
+
+@dataclass(frozen=True)
+class StatedNumber:
+    """A number of the vehicle file; `change` is the entry of the list that wrote it, if one did."""
+
+    vehicle: str
+    file: Path
+    path: str
+    value: object
+    estimate: Estimate | None
+    change: AppliedChange | None
+    source_now: str
+    """Digest now of the result that the change is from."""
+
+
+def why_stated(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> StatedNumber | None:
+    """Find a number of the vehicle file; None where the words do not begin as one of its paths.
+
+    Thrusters may be named in place of their number: ``thrusters.upper.gain_ahead``.
+
+    Raises
+    ------
+    UsageError
+        When there is no such number.
+    InputError
+        When the file or its list of changes cannot be read.
+    """
+    parts = [part for word in words for part in re.split(r"[.\[\]]+", word) if part]
+    if not parts or parts[0] not in _SECTIONS:
+        return None
+    name, file = find_vehicle(vehicle, raw, out)
+    stated = load_checked(file, Vehicle, expected=f"a {VEHICLE_FILE}.", remedy="")
+    numbers = {one.name: str(index) for index, one in enumerate(stated.thrusters)}
+    if parts[0] == "thrusters" and len(parts) > 1:
+        parts[1] = numbers.get(parts[1], parts[1])
+    path = ".".join(parts)
+    value = value_at(stated.model_dump(), path)
+    if value is None or isinstance(value, dict | list | tuple):
+        raise UsageError(
+            f"{file} has no number {path}. Expected the path of one, such as "
+            "thrusters.upper.gain_ahead or model.damping.linear[0]."
+        )
+    held = [one for one in changes_of(file) if not one.undone_utc]
+    wrote = [one for one in held if any(change.path == path for change in one.changes)]
+    change = wrote[-1] if wrote else None
+    now = UNREADABLE if change is None else file_digest(out / change.source)
+    return StatedNumber(name, file, path, value, estimates_of(file).get(path), change, now)
+
+
+def stated_text(found: StatedNumber) -> str:
+    """Return what is printed."""
+    lines = [f"{found.path} = {found.value} in {found.file}"]
+    own, change = found.estimate, found.change
+    if own is not None and own.ci95 is not None:
+        lines.append(f"  95 % interval: {own.ci95[0]:.6g} to {own.ci95[1]:.6g}")
+    if own is not None and own.source:
+        lines.append(f"  from: {own.source}")
+    if change is None:
+        lines.append("  no change of the list wrote it: it is the engineer's, or a default")
+        return "\n".join(lines)
+    before = next(one for one in change.changes if one.path == found.path)
+    lines.append(f"  before: {before.old}; changed {change.date_utc} UTC by rig2sea apply")
+    same = found.source_now == change.source_sha256
+    state = "as it was read" if same else "CHANGED since, or gone"
+    lines.append(f"  {change.source}: sha256 {change.source_sha256[:_DIGITS]}, {state}")
+    lines.append(f"  runs: {', '.join(change.runs)}")
+    was = change.before_sha256[:_DIGITS]
+    lines.append(f"  {change.former}: the file of before, sha256 {was}")
+    return "\n".join(lines)
 
 
 @dataclass(frozen=True)

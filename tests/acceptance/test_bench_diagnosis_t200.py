@@ -11,7 +11,7 @@ from pipeline.diagnose.bench.engine import diagnose_bench
 from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import bench_table
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.diagnosis import BenchDiagnosisRecord
 from pipeline.records.measurements import MooringRecord
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle

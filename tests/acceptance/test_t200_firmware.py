@@ -16,7 +16,7 @@ from pipeline.identify.inverse import inverse_characteristic
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.measurements import MooringRecord
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack_thrusters import family_table
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle

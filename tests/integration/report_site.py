@@ -9,7 +9,7 @@ from typing import Any
 
 from pipeline.actions.design import DesignRequest, compute_design
 from pipeline.bundled.design import design_example
-from pipeline.records.glance import Advice, Glance
+from pipeline.records.base import Advice, Glance
 from pipeline.report.design_page import design_page
 from pipeline.report.diagnosis_page import diagnosis_page
 from pipeline.report.html import placed, write_page

@@ -19,7 +19,7 @@ from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import Envelope, canonical_json, file_digest, write_envelope
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding, RunDiagnosis
+from pipeline.records.day_findings import DayDiagnosis, DayFinding, RunDiagnosis
 from pipeline.records.diagnosis import (
     Detail,
     DiagnosisRecord,

@@ -1,16 +1,66 @@
 """What a command says: in the reader's language, as JSON, and how it ends without some files."""
 
+import errno
 import json
+import tempfile
+import traceback
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.errors import Problem
+from pipeline.errors import Place, Problem, is_of_the_machine, writing_remedy
 from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.records.base import Record
+
+
+#: What a file, a folder or a path can be to blame for, whatever the program does.
+_OF_THE_PLACE = frozenset({errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP})
+
+
+def why_it_ended(error: Exception) -> str:
+    """Return what to tell the user of an error that no code has made a message of.
+
+    A folder that may not be entered or a full disk is named, with what to do; all else is a fault
+    of the program, whose traceback is written to a file.
+    """
+    if isinstance(error, OSError) and (error.errno in _OF_THE_PLACE or is_of_the_machine(error)):
+        return f"error: {_of_the_place(error)}"
+    return _own_fault(error)
+
+
+def _of_the_place(error: OSError) -> Problem:
+    remedy = writing_remedy(error, "Mend that, then run again.")
+    if error.filename is None:  # a write into a file that is open names none
+        what = f"cannot go on: {error.strerror}."
+        return Problem("error", Place("rig2sea"), what, remedy=remedy)
+    return Problem(
+        "error", Place(str(error.filename)), f"cannot be used: {error.strerror}.", remedy=remedy
+    )
+
+
+def _own_fault(error: Exception) -> str:
+    """Write the traceback to a file and return what to tell the user."""
+    trace = "".join(traceback.format_exception(error))
+    try:
+        # a name of its own: the folder is everybody's
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="rig2sea-error-", suffix=".log", delete=False, encoding="utf-8"
+        ) as log:
+            log.write(trace)
+        details = f"The details are in {log.name}."
+        wanted = (
+            "Please report it with that file and the command that you typed; see CONTRIBUTING.md."
+        )
+    except OSError:
+        details = "The details could not be written."
+        wanted = "Please report it with the command that you typed; see CONTRIBUTING.md."
+    first = (str(error).splitlines() or [""])[0]
+    return (
+        f"error: a fault of rig2sea itself ({type(error).__name__}: {first}). {details}\n{wanted}"
+    )
 
 
 def say(text: str, *, err: bool = False) -> None:

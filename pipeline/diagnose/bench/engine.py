@@ -22,9 +22,10 @@ from pipeline.diagnose.bench.shrink import gap_channels, held_out_codes, shrink,
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.diagnose.bench.words import next_step, sentence
 from pipeline.diagnose.gap.regimes import rank_correlation
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.diagnosis import (
+    BenchDiagnosisRecord,
     ChannelNoiseCheck,
+    CodeSeries,
     Detail,
     Evidence,
     Gap,

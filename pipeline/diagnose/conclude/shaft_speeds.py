@@ -29,7 +29,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import was_measured
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.kernel_codes import codes_that_act
+from pipeline.simulate.kernel_alone import codes_that_act
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 

@@ -14,8 +14,7 @@ from pipeline.diagnose.events.force_step import (
     outside_force,
 )
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_conditions import Conditions, KnownBody, KnownOfRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import Conditions, KnownBody, KnownOfRun, RunTable
 from pipeline.simulate.context import model_of
 from pipeline.simulate.run_conditions import module_body
 from pipeline.vehicle.attachment_schema import Payload

@@ -20,12 +20,11 @@ from pipeline.identify.window_outputs import (
     innovation,
     lines_of,
 )
-from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.physics.carried_body import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY
-from pipeline.simulate.pieces import OF_DRIVES, Pieces
-from pipeline.simulate.pieces_under import Alike, alike_pieces
+from pipeline.simulate.pieces import OF_DRIVES, Alike, Pieces, alike_pieces
 from pipeline.types import FloatArray, IntArray
 
 #: Slots that only the sensors read: the motion is as without them.

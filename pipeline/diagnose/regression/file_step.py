@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
-from pipeline.simulate.kernel_demand import demand_along
+from pipeline.simulate.kernel_alone import demand_along
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray
 

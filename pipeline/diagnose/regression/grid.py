@@ -5,7 +5,7 @@ another thrust for the same codes, and the hull another force for the same motio
 
     more = [tau_s(c, V) - tau_0(c, V)] - [D_s(nu', nu, R) - D_0(nu', nu, R)]
 
-with D what a motion demands of the thrusters (`kernel_demand`). The part that goes with the
+with D what a motion demands of the thrusters (`kernel_alone`). The part that goes with the
 acceleration is kept apart: an acceleration that was measured holds what it is to explain.
 """
 

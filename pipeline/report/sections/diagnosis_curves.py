@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.language import as_it_is
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
-from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, Series
+from pipeline.records.day_findings import DayFinding
+from pipeline.records.diagnosis import BenchDiagnosisRecord, DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.diagnosis_words import (

@@ -12,8 +12,7 @@ from pipeline.actions.diagnosis_request import DiagnosisRequest
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_conditions import KnownOfRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import KnownOfRun, RunTable
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from pipeline.blind.severity import gap_ratio, ratios
 from pipeline.blind.sizing import FloorKey, healthy_floors, trace_of_runs
 from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.blind.truth.craft import Craft, craft_of
-from pipeline.blind.truth.nature import FURTHEST, Weather, drawn, wander
+from pipeline.blind.truth.sensors import FURTHEST, Weather, drawn, wander
 
 
 def gap_at(subject: BlindSubject, what: str, size: float) -> float:

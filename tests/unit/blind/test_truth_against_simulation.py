@@ -18,8 +18,7 @@ from pipeline.blind.truth.manoeuvres import scene_of, wishes_of
 from pipeline.blind.truth.pilot import belief_of
 from pipeline.effects.library import apply_effects, candidates, effects
 from pipeline.effects.specification import EffectSpec
-from pipeline.simulate.bench_model import BenchModel
-from pipeline.simulate.context import effect_context
+from pipeline.simulate.context import BenchModel, effect_context
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.simulate.run import initial_state, run
 

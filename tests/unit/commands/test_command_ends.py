@@ -8,9 +8,9 @@ from click.testing import CliRunner, Result
 
 from pipeline.cli import cli
 from pipeline.errors import Place, Problem
-from pipeline.workflow import validate
+from pipeline.workflow import one_result as validate
+from pipeline.workflow.one_result import Validated
 from pipeline.workflow.start import StoppedError
-from pipeline.workflow.validate import Validated
 from pipeline.workflow.watch import Watcher
 
 REFUSED = Problem("error", Place("raw/boat/load_test/a.xlsx"), "is damaged.")

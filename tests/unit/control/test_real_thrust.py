@@ -6,7 +6,7 @@ from paper_static import StaticTable
 
 from pipeline.control.real_thrust import RealThruster
 from pipeline.errors import CannotComputeError
-from pipeline.physics.thruster_static import dead_zone_code
+from pipeline.physics.thrust_grid import dead_zone_code
 from pipeline.records.fits import StaticCharacteristic
 
 

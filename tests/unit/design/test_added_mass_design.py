@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from pipeline.actions.added_mass import design_added_mass
+from pipeline.actions.design import design_added_mass
 from pipeline.bundled.design import design_example
 from pipeline.cli import cli
 from pipeline.vehicle.model_schema import AddedMass

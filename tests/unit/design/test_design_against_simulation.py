@@ -18,7 +18,7 @@ from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.physics.parameters import write
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.simulate.tether import LumpedMassTether

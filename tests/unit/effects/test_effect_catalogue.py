@@ -2,8 +2,7 @@
 
 import json
 
-from pipeline.effects.catalogue import records
-from pipeline.effects.library import effects
+from pipeline.effects.library import effects, records
 
 
 def test_records_are_json() -> None:

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.effects import library
-from pipeline.effects.discovery import module_names
 from pipeline.effects.effect import EffectContext
 from pipeline.effects.library import (
     VERDICTS,
@@ -18,6 +17,7 @@ from pipeline.effects.library import (
     apply_effects,
     candidates,
     effects,
+    module_names,
     unstated,
     why_not,
 )

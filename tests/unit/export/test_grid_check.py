@@ -6,9 +6,9 @@ from firmware_cases import CASES, table2
 from hypothesis import given
 
 from pipeline.errors import CannotComputeError
+from pipeline.export.c_text import single_tables
 from pipeline.export.fixed_point import fixed_tables
 from pipeline.export.grid_check import check_characteristic
-from pipeline.export.single_precision import single_tables
 from pipeline.records.fits import FirmwareCharacteristic
 
 

@@ -13,10 +13,9 @@ from scipy.spatial.transform import Rotation
 from pipeline.actions.receivers import export_to_receiver
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import CannotComputeError
-from pipeline.export.receivers.ardusub import FRAMES, ardusub
+from pipeline.export.receivers.autopilots import FRAMES, ardusub, px4
 from pipeline.export.receivers.exported import Subject, signal, subject_of, thrust_exponent
 from pipeline.export.receivers.gazebo import gazebo
-from pipeline.export.receivers.px4 import px4
 from pipeline.export.receivers.stonefish import stonefish
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import pack_vehicle

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from evaluation.bundled.mmt300_runs import true_vehicle
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
-from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
+from pipeline.records.trial import ManoeuvreFound
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES

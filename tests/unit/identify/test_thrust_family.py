@@ -9,8 +9,8 @@ from pipeline.control.inverse import thrust_grid
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.static import thruster_model
 from pipeline.identify.thrust_family import family_curves
-from pipeline.physics.opposed_thrust import free_propeller_drag
 from pipeline.physics.thrust_grid import code_from_thrust, thrust_from_code
+from pipeline.physics.torque_balance import free_propeller_drag
 from pipeline.records.fits import (
     DriveFit,
     FirmwareCharacteristic,

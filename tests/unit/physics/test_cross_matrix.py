@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.physics.carried_body import cross_matrix
 
 
 def test_it_is_the_cross_product_from_either_side() -> None:

@@ -9,8 +9,7 @@ regression, an independent source for the first quadrant.
 import numpy as np
 import pytest
 
-from pipeline.physics.opposed_thrust import free_propeller_drag
-from pipeline.physics.torque_balance import OpenWaterPropeller
+from pipeline.physics.torque_balance import OpenWaterPropeller, free_propeller_drag
 from pipeline.types import FloatArray
 
 MMT300 = OpenWaterPropeller(

@@ -10,14 +10,15 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_footprint import (
     PRINTED_TABLE_3,
+    PRINTED_TABLE_4_N,
     VARIANTS,
     Footprint,
     Variant,
     footprint_cable,
+    largest_pull,
     ned_from_paper,
     paper_from_ned,
 )
-from pipeline.physics.tether_power import PRINTED_TABLE_4_N, largest_pull
 from pipeline.physics.tether_static import solve_tether
 
 PRINTED = np.array(PRINTED_TABLE_3, float)

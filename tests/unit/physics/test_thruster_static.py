@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.physics.thruster_static import dead_zone_code
+from pipeline.physics.thrust_grid import dead_zone_code
 
 TABLE_2 = np.array(
     [

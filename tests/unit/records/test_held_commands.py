@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from pipeline.records.held_commands import mean_held
+from pipeline.records.run_table import mean_held
 from pipeline.types import FloatArray
 
 STEP_S = 0.02

@@ -7,9 +7,10 @@ import diagnosis_records
 import numpy as np
 import pytest
 
-from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.diagnosis import (
+    BenchDiagnosisRecord,
     ChannelNoiseCheck,
+    CodeSeries,
     Detail,
     DiagnosisRecord,
     Series,

@@ -6,9 +6,9 @@ import pytest
 from diagnosis_records import estimate
 
 from pipeline.reader_language import use
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.base import Glance
+from pipeline.records.day_findings import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import FoundEvent, NextRun, RankedEffect, Series
-from pipeline.records.glance import Glance
 from pipeline.report.glance import Flown, day_glance, run_glance
 from pipeline.report.page import first_screen, glance_text, with_glance
 from pipeline.report.plain_words import short_finding

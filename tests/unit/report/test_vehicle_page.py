@@ -10,15 +10,14 @@ import pytest
 import synthetic_records
 
 from pipeline.errors import InputError, Place
-from pipeline.records.file_change import AppliedChange, FileChange
+from pipeline.records.base import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.bench_results import vehicle_glance
 from pipeline.report.blocks import Figure
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
-from pipeline.report.sections.closing import firmware_section
 from pipeline.report.sections.propeller import working_points_section
-from pipeline.report.vehicle_page import vehicle_page
+from pipeline.report.vehicle_page import firmware_section, vehicle_page
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
 

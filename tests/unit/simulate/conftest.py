@@ -9,7 +9,7 @@ from bundled_models import NAMES, bundled, mmt300_bench
 
 from pipeline.effects.effect import EffectContext
 from pipeline.physics.parameters import neutral_vector, write
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.vehicle.schema import Vehicle
 

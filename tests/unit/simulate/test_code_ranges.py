@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.effects.library import apply_effects, parse_effect
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.pack_thrusters import stacked

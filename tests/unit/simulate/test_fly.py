@@ -12,7 +12,7 @@ from pipeline.effects.effect import Effect
 from pipeline.effects.library import EffectSpec, apply_effects, candidates, effects
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.fly import (
     FlightPlan,
     fly,

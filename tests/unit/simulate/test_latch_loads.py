@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from pipeline.physics.parameters import read, write
-from pipeline.simulate.events import PayloadEvent, PayloadSchedule, vector_with_modules
+from pipeline.simulate.events import PayloadEvent, PayloadSchedule, latch_loads, vector_with_modules
 from pipeline.simulate.fly import fly, run_changing
-from pipeline.simulate.latch_loads import latch_loads
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state, run

@@ -10,7 +10,7 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
 from pipeline.records.fits import SignedFamily, ThrustFamily
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.pack_thrusters import bollard_table
 from pipeline.vehicle.model_schema import FromBollard

@@ -6,7 +6,7 @@ from pathlib import Path
 from bundled_models import bundled
 
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.vehicle.schema import Vehicle
 

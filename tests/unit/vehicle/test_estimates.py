@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import InputError
-from pipeline.records.file_change import FileChange
+from pipeline.records.base import FileChange
 from pipeline.vehicle.change_list import listed_changes, text_with
 from pipeline.vehicle.estimates import Estimate, estimates_of, with_plain_values
 from pipeline.vehicle.load import load_checked, load_vehicle

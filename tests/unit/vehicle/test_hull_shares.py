@@ -14,7 +14,7 @@ from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.validate.steady_tables import calm_vehicle, inflow_speed, settled_thrust
-from pipeline.vehicle.hull_shares import share_changes
+from pipeline.vehicle.estimates import share_changes
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.model_schema import HullShare, ThrustDeduction, WakeFraction
 from pipeline.vehicle.write_back import updated_vehicle_text

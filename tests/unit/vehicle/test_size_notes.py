@@ -6,9 +6,8 @@ import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.vehicle.load import load_vehicle
-from pipeline.vehicle.notes import vehicle_notes
+from pipeline.vehicle.notes import size_notes, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.size_notes import size_notes
 
 
 def rov(**body: Any) -> Vehicle:  # noqa: ANN401 (fields of any type)

@@ -10,8 +10,14 @@ from season_cases import finish, make_season
 from pipeline.plan import VehicleFolder
 from pipeline.workflow.engine_jobs import FOLDER, Due, EngineJob, engine_jobs, hand_over, waits
 from pipeline.workflow.known_files import KnownFiles
-from pipeline.workflow.pool_batches import ALONE_BYTES, MOST_RUNS, batches
-from pipeline.workflow.pool_plan import RUN_STAGES, PoolPlan, plan_pool
+from pipeline.workflow.pool_plan import (
+    ALONE_BYTES,
+    MOST_RUNS,
+    RUN_STAGES,
+    PoolPlan,
+    batches,
+    plan_pool,
+)
 
 BOAT = VehicleFolder("boat", "raw/boat")
 RUNS = 30

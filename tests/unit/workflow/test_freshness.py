@@ -8,7 +8,7 @@ from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
 from pipeline.records.base import Record
 from pipeline.stage_table import STAGES, needed_for, stages_of
-from pipeline.workflow.freshness import due_stages, remove_results
+from pipeline.workflow.known_files import due_stages, remove_results
 
 BOAT = VehicleFolder("boat", "raw/boat")
 #: All but tables.json and what needs it, which are no envelopes of nothing.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.workflow.settled import index_digest, is_settled, keep
+from pipeline.workflow.vehicle_places import index_digest, is_settled, keep
 
 FILES = (
     "processed/boat/vehicle_page.json",
@@ -48,5 +48,5 @@ def test_every_file_counts(place: Path, name: str, gone: bool) -> None:
 def test_the_vehicles_and_the_code_count(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = state(place)
     assert state(place, ()) != before
-    monkeypatch.setattr("pipeline.workflow.settled.code_digest", lambda _: "other")
+    monkeypatch.setattr("pipeline.workflow.vehicle_places.code_digest", lambda _: "other")
     assert state(place) != before

@@ -11,8 +11,7 @@ from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.workflow.cell import Cell
 from pipeline.workflow.lineage import Link
-from pipeline.workflow.spare_points import SparePoints, spare_points
-from pipeline.workflow.why import Why, as_text
+from pipeline.workflow.why import SparePoints, Why, as_text, spare_points
 
 BOAT = VehicleFolder("boat", "raw/boat")
 VEHICLE = """\

@@ -10,8 +10,7 @@ from bundled_models import bundled
 from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.linear.predictions import simulate_cut, simulate_windows
 from pipeline.identify.window_outputs import simulate_windows as one_by_one
-from pipeline.records.run_conditions import AS_STATED, Conditions, KnownBody, KnownOfRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import AS_STATED, Conditions, KnownBody, KnownOfRun, RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
