@@ -9,7 +9,7 @@ from pathlib import Path
 from pipeline.effects.library import apply_effects, effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.identify.file_changes import file_changes
+from pipeline.identify.corrected_file import file_changes
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.plan import VEHICLE_FILE
 from pipeline.provenance import write_atomically

@@ -16,11 +16,12 @@ from pipeline.control.allocation import (
     within_reach,
 )
 from pipeline.control.demand_grid import DemandGrid, demand_grid
-from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic
+from pipeline.control.inverse import Inverse, firmware_grid
+from pipeline.control.paper_allocator import rest_inverse
 from pipeline.control.real_thrust import RealThruster
 from pipeline.errors import CannotComputeError
 from pipeline.records.allocation import AllocationMap, SpeedError
-from pipeline.records.fits import InverseCharacteristic, Matrix, StaticCharacteristic
+from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
 
@@ -59,20 +60,13 @@ def allocation_map(
     real wrench. The grid spans what the chosen form can ask at rest, in surge each way as far as
     that goes; the same demands are given to both variants.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With an allocator.
-    inverse : InverseCharacteristic
-        Tables 3 and 4 and the firmware form. Without Table 3 the mooring variant uses the row at
-        rest of the firmware grid.
-    static : StaticCharacteristic
-        The real thruster, where `inverse` has no family in which measurements have a part.
+    Without Table 3 the mooring variant uses the row at rest of the firmware grid; `static` is the
+    real thruster where `inverse` has no family in which measurements have a part.
 
     Returns
     -------
     AllocationMap
-        One score per speed and variant, and slices for the picture.
+        One score per speed and variant.
 
     Raises
     ------
@@ -85,34 +79,21 @@ def allocation_map(
             "has no section 'allocator'."
         )
     allocator, dead = vehicle.allocator, vehicle.tables.thrust_dead_n
-    codes = {"code_min": vehicle.drive.code_min, "code_max": vehicle.drive.code_max}
     thruster = (
         RealThruster.from_record(static)
         if inverse.family is None
         else RealThruster.from_family(inverse.family)
     )
     compensated: Inverse = firmware_grid(inverse)
-    moored = mooring_cubic(inverse, thrust_dead_n=dead, **codes)
-    mooring: Inverse = moored or firmware_grid(inverse, at_rest=True)
+    mooring = rest_inverse(inverse, vehicle)
     setting = _Setting(allocator, thruster, dead)
     rest = compensated.limits(0.0)
     grid = demand_grid(allocator, rest)
     speeds = map_speeds(vehicle.tables.speed_mps)
-    half_surge = float(grid.surge_n[-1]) / 2.0
-    zero = np.zeros(1)
-    surge_slice = DemandGrid(grid.surge_n, zero, zero)
-    yaw_slice = DemandGrid(np.array([half_surge]), zero, grid.yaw_nm)
-
-    def errors(axis: int, demands: DemandGrid, by: Inverse) -> Matrix:
-        fields = (_evaluate(setting, demands, v, by, by.limits(v)) for v in speeds)
-        return tuple(tuple((f.achieved - f.asked)[..., axis].ravel().tolist()) for f in fields)
 
     def scores(by: Inverse) -> tuple[SpeedError, ...]:
         return tuple(_score(setting, grid, v, by, compensated.limits(v)) for v in speeds)
 
-    channel_force = 4.0 * np.cos(np.radians(allocator.delta_deg)) * allocator.portions.surge
-    channel_arm = 2.0 * np.sin(np.radians(allocator.delta_deg)) * allocator.stern_arm_m
-    turn = channel_arm * allocator.portions.heading
     return AllocationMap(
         form=allocator.form,
         portions=(
@@ -123,19 +104,10 @@ def allocation_map(
         mooring=scores(mooring),
         compensated=scores(compensated),
         speed_mps=tuple(speeds),
-        surge_demand_n=tuple(grid.surge_n.tolist()),
-        surge_error_mooring=errors(0, surge_slice, mooring),
-        surge_error_compensated=errors(0, surge_slice, compensated),
-        yaw_demand_nm=tuple(grid.yaw_nm.tolist()),
-        yaw_error_mooring=errors(2, yaw_slice, mooring),
-        yaw_error_compensated=errors(2, yaw_slice, compensated),
         explanations=_explanations(setting, inverse, static, rest),
         mooring_inverse=mooring.name,
         compensated_inverse=compensated.name,
         thrust_dead_n=dead,
-        surge_reach_n=tuple(channel_force * compensated.limits(v).forward_n for v in speeds),
-        yaw_slice_surge_n=half_surge,
-        yaw_reach_nm=tuple(turn * compensated.limits(v).both_n for v in speeds),
     )
 
 

@@ -40,16 +40,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     code, branch), because the errors of a sweep go together; with two or more drives on the bench
     the scatter of their torque scale is added, because every point of a drive shares it.
 
-    Parameters
-    ----------
-    load_test : LoadTestRecord
-        Checked points; those with marks are not fitted.
-    vehicle : Vehicle
-        Gives the range of codes.
-
-    Returns
-    -------
-    DriveFit
+    Points with marks are not fitted; the vehicle gives the range of codes.
 
     Raises
     ------

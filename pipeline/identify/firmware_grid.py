@@ -50,16 +50,8 @@ def firmware_grid(
 ) -> FirmwareCharacteristic:
     """Tabulate |N| over speed and T / T_max, each sign from its own family.
 
-    Parameters
-    ----------
-    families : tuple of Family
-        Ahead and in reverse.
-    vehicle : Vehicle
-        Range of codes and dead thrust.
-    static : StaticCharacteristic or None
-        Where the calculation was tested, and the drag of a propeller that does not drive.
-    points : tuple of MooringPoint
-        What was measured at rest, for the voltage and the names of the files.
+    `families` are those ahead and in reverse; `static` says where the calculation was tested and
+    what a propeller drags that does not drive, `points` voltage and files of the mooring test.
 
     Raises
     ------

@@ -11,14 +11,15 @@ import numpy as np
 
 from pipeline.effects.effect import AXES
 from pipeline.identify.gain_estimates import ALL, Estimates, GainSet, References, pool, typical
-from pipeline.identify.gain_sentences import GainQuestion, sentence
 from pipeline.identify.gain_tests import (
     FALSE_ALARMS,
     ORDINARY_COUPLING,
+    GainQuestion,
     adjusted,
     against_all,
     log_ratios,
     other_layouts,
+    sentence,
     tail,
 )
 from pipeline.records.gains import FindingKind, GainFinding

@@ -58,14 +58,7 @@ def inverse_characteristic(
     and alone gives one. A sign that was not measured mirrors the other (Kostenko 2023, eq. 8). A
     drive that takes no negative code is asked for none.
 
-    Parameters
-    ----------
-    static : StaticCharacteristic or None
-        The calculated family.
-    mooring : MooringRecord or None
-        Thrust measured at rest, and in a flow.
-    vehicle : Vehicle
-        Codes, dead thrust, published tables.
+    The vehicle gives codes, dead thrust and published tables.
 
     Returns
     -------

@@ -79,10 +79,6 @@ def fit_linear(
         Where the caller has a better judge of outliers than this model; `judge` of this design
         otherwise.
 
-    Returns
-    -------
-    LinearFit
-
     Raises
     ------
     CannotComputeError

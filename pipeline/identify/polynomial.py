@@ -47,10 +47,6 @@ def fit_polynomial(
     compared_degrees : sequence of int
         Degrees to score beside the chosen one.
 
-    Returns
-    -------
-    PolynomialFit
-
     Raises
     ------
     CannotComputeError

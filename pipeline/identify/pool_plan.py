@@ -83,20 +83,9 @@ def plan_pool_day(
 ) -> ChosenRuns:
     """Choose what to fly.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The nominal vehicle.
-    sensors : Sensors
-        What measures.
-    uncertainty : Uncertainty
-        Of the vehicle file: the priors.
-    total_s : float
-        Most of the flying. [s]
-    room_m : sequence of float, optional
-        Length, width and depth of the pool: a track may be turned round, but not be larger. [m]
-    tell : callable
-        Is told what is flown.
+    At most `total_s` of flying [s], inside `room_m`, length, width and depth of the pool: a track
+    may be turned round, but not be larger [m]. The priors are those of the vehicle file's
+    `uncertainty`; `tell` is told what is flown.
 
     Raises
     ------

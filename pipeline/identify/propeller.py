@@ -22,16 +22,7 @@ REST_MARGIN = 0.1
 def fit_propeller(open_water: OpenWaterRecord, vehicle: Vehicle) -> PropellerFit:
     """Fit K_T(J) and K_M(J) by quadratics and check that they are those of a propeller.
 
-    Parameters
-    ----------
-    open_water : OpenWaterRecord
-        Checked points; those with marks are not fitted.
-    vehicle : Vehicle
-        Gives the propeller's diameter.
-
-    Returns
-    -------
-    PropellerFit
+    Points with marks are not fitted; the vehicle gives the diameter.
 
     Raises
     ------

@@ -16,15 +16,16 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.slope_regression import (
+    UNITS,
     Slope,
     least_squares,
     plain_slope,
     reliability,
     slope_of,
+    usable_terms,
 )
 from pipeline.identify.smoothing import Method
 from pipeline.identify.straight_line_samples import filtered_samples
-from pipeline.identify.straight_line_terms import UNITS, usable_terms
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     RegressionTerm,
@@ -61,12 +62,6 @@ def straight_line(
 
     Parameters
     ----------
-    packed : PackedVehicle
-        The vehicle: dry mass, thrusters.
-    sensors : Sensors
-        Place and noise of the DVL.
-    runs : sequence of RunTable
-        With velocity and angular velocity.
     axis : {"surge", "sway", "heave"}
         Along which.
     method : {"local_polynomial", "moving_average"}

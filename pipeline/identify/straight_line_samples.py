@@ -12,6 +12,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.manoeuvre_signals import stretches
+from pipeline.identify.slope_regression import omitted_terms, terms_known
 from pipeline.identify.smoothing import (
     Method,
     Smoother,
@@ -20,7 +21,6 @@ from pipeline.identify.smoothing import (
     smoother_of_bandwidth,
     white_noise_std,
 )
-from pipeline.identify.straight_line_terms import omitted_terms, terms_known
 from pipeline.identify.windows import readings_of
 from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable

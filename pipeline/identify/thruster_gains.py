@@ -88,10 +88,6 @@ def gains_of(
         How to call them ("24 May"); their names if empty.
     vehicle_file_sha256 : str
         To be kept in the record.
-
-    Returns
-    -------
-    ThrusterGains
     """
     asked = _regressed(packed, sensors, runs, uncertainty)
     done = {run.name: run for run in asked.runs}

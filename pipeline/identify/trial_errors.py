@@ -118,14 +118,8 @@ def compared(
 ) -> tuple[ChannelError, ...]:
     """Errors of every channel that was measured and simulated.
 
-    Parameters
-    ----------
-    sensors : Sensors
-        Of the vehicle file: the noise to compare with.
-    table, windowed : RunTable
-        Measured, and predicted over windows; one time base.
-    flights : TrialFlights
-        Where the windows lie.
+    `sensors` state the noise to compare with; `table` was measured and `windowed` predicted, on one
+    time base.
     """
     noise = _noise(sensors, table)
     found = []

@@ -58,20 +58,7 @@ def fly_trial(
     Each window starts from the readings of the `LEAD_S` before it, or of `BLIND_LEAD_S` without
     velocity and position.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it.
-    sensors : Sensors
-        Noise and mounting, for the estimates of the starts.
-    table : RunTable
-        The measured run, evenly spaced.
-    threads : int
-        Simulations at a time.
-
-    Returns
-    -------
-    TrialFlights
+    `packed` and `sensors` are as the vehicle file states them, `threads` simulations at a time.
 
     Raises
     ------

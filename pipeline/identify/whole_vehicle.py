@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.identify.black_box import fit_black_box
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.identify.file_judgement import (
+from pipeline.identify.corrected_file import (
     NOT_CORRECTED,
     as_filed,
     channels_worse,
@@ -86,10 +86,6 @@ def identify_vehicle(
         up, and the notes say so.
     correct : bool
         Whether to fit, beside what was found, what a corrected vehicle file is to have.
-
-    Returns
-    -------
-    VehicleIdentification
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The allocator's wrench error map."""
 
 from pipeline.records.base import Record
-from pipeline.records.fits import Matrix, Vector
+from pipeline.records.fits import Vector
 
 
 class SpeedError(Record):
@@ -40,9 +40,7 @@ class SpeedError(Record):
 class AllocationMap(Record):
     """Errors with the mooring inverse and with the speed-compensated one, same demands.
 
-    `surge_*` are slices for the picture: error of surge force at pitch = yaw = 0 in newtons,
-    indexed [speed][demand]; `yaw_*` the error of the yaw moment in newton metres at half of the
-    surge demand. An error is the achieved value less what the variant asks for after its own
+    An error is the achieved value less what the variant asks for after its own
     portions and limits; the mooring variant's limit is that at rest at every speed.
     """
 
@@ -52,19 +50,7 @@ class AllocationMap(Record):
     mooring: tuple[SpeedError, ...]
     compensated: tuple[SpeedError, ...]
     speed_mps: Vector
-    surge_demand_n: Vector
-    surge_error_mooring: Matrix
-    surge_error_compensated: Matrix
-    yaw_demand_nm: Vector
-    yaw_error_mooring: Matrix
-    yaw_error_compensated: Matrix
     explanations: tuple[str, ...]
     mooring_inverse: str = ""
     compensated_inverse: str = ""
     thrust_dead_n: float = 0.5
-    surge_reach_n: Vector = ()
-    """Largest surge force that the portion allows at each speed, with compensation."""
-    yaw_slice_surge_n: float = 0.0
-    """Surge demand at which the `yaw_*` slices are taken."""
-    yaw_reach_nm: Vector = ()
-    """Largest yaw moment that the portion allows at each speed, with compensation."""

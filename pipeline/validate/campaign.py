@@ -40,23 +40,9 @@ def validate_allocator(
 ) -> AllocatorValidation:
     """Fly a vehicle with and without speed compensation.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With a model. One with an allocator section and thrusters from bench tables is flown by
-        eq. (6), every other by the general allocator.
-    packed : PackedVehicle
-        The same, ready to fly.
-    inverse : InverseCharacteristic, optional
-        The regenerated tables; needed with an allocator section.
-    power : PowerModel, optional
-        Where the bench knows the power of the thrusters.
-    others : mapping of str to InverseCharacteristic, optional
-        Tables of further types of thruster.
-
-    Returns
-    -------
-    AllocatorValidation
+    One with an allocator section and thrusters from bench tables is flown by eq. (6) with the
+    regenerated tables `inverse`, and `others`, those of further types of thruster; every other by
+    the general allocator. `power` is there where the bench knows the power of the thrusters.
 
     Raises
     ------

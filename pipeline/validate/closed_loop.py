@@ -76,8 +76,9 @@ class ClosedLoop:
                 other_inverses(vehicle, others, rest_inverse),
                 other_inverses(vehicle, others, lambda record, _: firmware_grid(record)),
             )
+            moored = rest_inverse(inverse, vehicle)
             controllers = paper_controllers(
-                calm, vehicle.allocator, inverse, flow, own, others=beside
+                calm, vehicle.allocator, inverse, flow, own, moored=moored, others=beside
             )
             portions = vehicle.allocator.portions
             shares: tuple[float, ...] = (portions.surge, portions.heading, portions.pitch)

@@ -12,7 +12,6 @@ from pipeline.control.inverse import (
     FirmwareGrid,
     Inverse,
     firmware_grid,
-    mooring_cubic,
     speed_cubic,
 )
 from pipeline.control.paper_allocator import Corrections, PaperAllocator
@@ -36,6 +35,10 @@ from pipeline.vehicle.schema import Allocator, Portions
 
 #: Of further types of thruster, where there are none.
 _NONE: Mapping[int, Inverse] = MappingProxyType({})
+_NO_MOORING = (
+    "There is no mooring test: the flights without compensation use the row at rest of the "
+    "calculated N(T, V)."
+)
 
 
 @dataclass(frozen=True)
@@ -108,12 +111,13 @@ def paper_controllers(
     direction: FloatArray,
     corrections: Corrections | None = None,
     *,
+    moored: Inverse,
     others: tuple[Mapping[int, Inverse], Mapping[int, Inverse]] = (_NONE, _NONE),
 ) -> Controllers:
     """Eq. (6) with Table 3, and with the firmware's grid at the speed along each thruster.
 
-    Both know what each thruster gives of that of the tables. `others` are the inverses of thrusters
-    of further types, at rest and compensated.
+    Both know what each thruster gives of that of the tables. `moored` is the inverse at rest,
+    `others` are those of thrusters of further types, at rest and compensated.
 
     Raises
     ------
@@ -121,7 +125,6 @@ def paper_controllers(
         When the record has no firmware grid, and so no tables that hold under way.
     """
     grid = firmware_grid(inverse)
-    moored = _mooring(inverse, grid)
     names = packed.thruster_names
 
     def controllers(
@@ -179,29 +182,9 @@ def paper_controllers(
                 for rest in (round(1.0 - surge, 9),)
             )
         ),
-        explanations=_explanations(moored),
+        explanations=(_NO_MOORING,) if isinstance(moored, FirmwareGrid) else (),
         fixed=fixed,
     )
-
-
-def _mooring(inverse: InverseCharacteristic, grid: FirmwareGrid) -> Inverse:
-    moored = mooring_cubic(
-        inverse,
-        thrust_dead_n=grid.thrust_dead_n,
-        code_max=grid.code_max,
-        code_min=grid.code_min,
-    )
-    return firmware_grid(inverse, at_rest=True) if moored is None else moored
-
-
-def _explanations(moored: Inverse) -> tuple[str, ...]:
-    if isinstance(moored, FirmwareGrid):
-        text = (
-            "There is no mooring test: the flights without compensation use the row at rest of "
-            "the calculated N(T, V)."
-        )
-        return (text,)
-    return ()
 
 
 def _fixed(inverse: InverseCharacteristic, floating: Inverse) -> FixedPoint | None:

@@ -77,27 +77,10 @@ def test_dead_band_is_an_error_of_at_most_half_a_newton_a_thruster(printed: Allo
         assert score.worst_with_dead_band <= 0.5 / largest + 0.002
 
 
-def test_slices(printed: AllocationMap) -> None:
-    zero = printed.surge_demand_n.index(0.0)
-    mooring, compensated = (
-        np.array(m) for m in (printed.surge_error_mooring, printed.surge_error_compensated)
-    )
-    assert mooring.shape == (21, len(printed.surge_demand_n))
-    assert (mooring[:, zero] == 0).all()
-    assert np.abs(compensated).max() < 0.1
-    # at 2 m/s the largest demand, 25.5 N a thruster, gets code 89.8, which gives 10.7 N there
-    assert mooring[-1, -1] < -40.0
-    yaw = np.array(printed.yaw_error_mooring)
-    assert yaw.shape == (21, len(printed.yaw_demand_nm))
-    # turning to port or to starboard is the same up to the sign
-    np.testing.assert_allclose(yaw, -yaw[:, ::-1], atol=1e-9)
-
-
 def test_scaled_form_asks_less_and_is_measured_against_that(
     mmt300: Vehicle,
     paper_inverse: InverseCharacteristic,
     paper_static: StaticCharacteristic,
-    printed: AllocationMap,
 ) -> None:
     assert mmt300.allocator is not None
     scaled = mmt300.model_copy(
@@ -105,7 +88,6 @@ def test_scaled_form_asks_less_and_is_measured_against_that(
     )
     result = allocation_map(scaled, paper_inverse, paper_static)
     assert result.form == "scaled"
-    assert result.surge_demand_n[-1] == pytest.approx(printed.surge_demand_n[-1] / 0.6)
     assert max(score.worst for score in result.compensated) < 0.002
 
 
@@ -189,10 +171,7 @@ def test_a_drive_with_fewer_negative_codes_is_scored_within_them(
     assert max(score.worst for score in result.compensated) <= 0.02
     # ahead nothing is different from a drive that turns both ways
     symmetric = allocation_map(mmt300, paper_inverse, paper_static)
-    assert result.surge_demand_n[-1] == symmetric.surge_demand_n[-1]
     assert result.mooring[-1].worst == pytest.approx(symmetric.mooring[-1].worst, abs=0.01)
-    assert result.surge_demand_n[0] > 0.8 * symmetric.surge_demand_n[0]
-    assert (result.surge_demand_n[0] == 0.0) == (code_min == 0)
     assert any("no reverse thrust" in text for text in result.explanations) == (code_min == 0)
 
 
@@ -213,10 +192,3 @@ def test_demands_reach_as_far_as_each_sign_of_thrust_does(
     moment = 2 * SIN * 1.2 * pitch_share * min(40.0, reverse_n)
     np.testing.assert_allclose(grid.pitch_nm[[0, -1]], [-moment, moment])
     assert all(0.0 in axis for axis in (surge, grid.pitch_nm, grid.yaw_nm))
-
-
-def test_the_reach_of_both_slices_shrinks_with_speed(printed: AllocationMap) -> None:
-    assert printed.surge_reach_n[0] == pytest.approx(printed.surge_demand_n[-1])
-    assert printed.yaw_reach_nm[0] == pytest.approx(printed.yaw_demand_nm[-1])
-    assert printed.surge_reach_n[-1] < 0.7 * printed.surge_reach_n[0]
-    assert printed.yaw_reach_nm[-1] == pytest.approx(0.4 * printed.compensated[-1].range_n_nm[2])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bundled_models import bundled, mmt300_bench
 
-from pipeline.identify.file_changes import file_changes
+from pipeline.identify.corrected_file import file_changes
 from pipeline.identify.vehicle_parameters import (
     free_parameters,
     values_from_steps,

@@ -9,7 +9,7 @@ from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.actions.identification_text import _quality
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.file_changes import file_changes
+from pipeline.identify.corrected_file import file_changes
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.identify.window_outputs import turn_between
 from pipeline.physics.parameters import read

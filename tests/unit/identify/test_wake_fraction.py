@@ -6,7 +6,7 @@ import pytest
 from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
-from pipeline.identify.file_changes import file_changes
+from pipeline.identify.corrected_file import file_changes
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.whole_vehicle import identify_vehicle

@@ -499,8 +499,6 @@ def inverse(static: StaticCharacteristic) -> InverseCharacteristic:
 def allocation() -> AllocationMap:
     """Errors that grow with speed without compensation."""
     speed = np.round(np.arange(0.0, 2.01, 0.25), 9)
-    surge = np.linspace(-150.0, 150.0, 31)
-    yaw = np.linspace(-30.0, 30.0, 31)
 
     def errors(worst: float) -> tuple[SpeedError, ...]:
         return tuple(
@@ -515,26 +513,13 @@ def allocation() -> AllocationMap:
             for v in speed.tolist()
         )
 
-    def matrix(scale: float, demand: FloatArray) -> tuple[tuple[float, ...], ...]:
-        return tuple(
-            tuple(row) for row in (-scale * speed[:, None] * np.abs(demand) / 50.0).tolist()
-        )
-
     return AllocationMap(
         form="limit",
         portions=(0.6, 0.4, 0.4),
         mooring=errors(0.2),
         compensated=errors(0.004),
         speed_mps=tuple(speed.tolist()),
-        surge_demand_n=tuple(surge.tolist()),
-        surge_error_mooring=matrix(10.0, surge),
-        surge_error_compensated=matrix(0.1, surge),
-        yaw_demand_nm=tuple(yaw.tolist()),
-        yaw_error_mooring=matrix(4.0, yaw),
-        yaw_error_compensated=matrix(0.05, yaw),
         explanations=("Demands against the motion use the row at rest.",),
         mooring_inverse="Table 3",
         compensated_inverse="firmware form",
-        surge_reach_n=tuple((94.0 - 18.0 * speed).tolist()),
-        yaw_slice_surge_n=47.0,
     )
