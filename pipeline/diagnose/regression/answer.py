@@ -6,6 +6,8 @@ import numpy as np
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.decide import decide, effects_of
+from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
 from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
 from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
 from pipeline.diagnose.regression.known import Reference
@@ -16,9 +18,8 @@ from pipeline.diagnose.regression.weigh import (
     UNKNOWN,
     Change,
     Gained,
-    decide,
-    effects_of,
     weighed,
+    with_disturbance,
 )
 from pipeline.diagnose.tell.sentence import sentence
 from pipeline.effects.effect import AXES
@@ -36,6 +37,7 @@ from pipeline.records.diagnosis import (
 )
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
@@ -44,6 +46,8 @@ _DEAD = "dead"
 #: Rounds in which the likeliest single changes are taken at their sizes, those that are not small
 #: (in units) nor already near the size (as a share of it) at which they were taken.
 _ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.3, 0.25
+#: Beside changes less probable than this no other force is looked for.
+_HARDLY = 0.01
 #: Signatures closer than this are alike. [1]
 _ALIKE = 0.9
 _AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
@@ -152,12 +156,36 @@ def _at_their_sizes(
         }
         rounds += 1
         if not moved or rounds > _ROUNDS:
-            return own, told, ranking
+            return own, told, _beside_disturbance(known, own, ranking)
         taken |= moved
         own = [
             at_sizes(grid, case.packed, run, sensors, directions, moved)
             for grid, run in zip(own, case.runs, strict=True)
         ]
+
+
+def _beside_disturbance(
+    known: Reference, runs: Sequence[GridRun], ranking: Sequence[Change]
+) -> tuple[Change, ...]:
+    """Weigh that a force comes and goes beside each change that is plausible, or alone."""
+    response = known.response
+
+    def ratios(left: FloatArray) -> FloatArray:
+        return block_ratios(response.filtered(left), response.period_s)
+
+    sound = [ratios(left) for left in response.remainders]
+    odds: dict[str, float] = {}
+    for one in ranking:
+        if one.probability < _HARDLY or one.name == UNKNOWN:
+            continue
+        changed = np.zeros(len(known.directions))
+        changed[list(one.which)] = one.mean
+        asked = []
+        for k, run in enumerate(runs):
+            _, without, left = response.after(run, changed)
+            asked.append(ratios(left if k in one.runs else without))
+        odds[one.name] = log_odds(sound, asked)
+    return with_disturbance(ranking, odds)
 
 
 def _asked(case: Case, known: Reference, run: RunTable) -> GridRun:

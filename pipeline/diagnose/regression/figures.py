@@ -6,9 +6,9 @@ from dataclasses import fields, replace
 import numpy as np
 
 from pipeline.diagnose.case import Case
+from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.known import Reference
-from pipeline.diagnose.regression.weigh import Said
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import (
     ChannelGap,

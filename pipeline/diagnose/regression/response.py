@@ -23,8 +23,7 @@ FORCES, FILTER = 5, 3
 #: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
 #: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
 _RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
-#: Share by which the file is off in the gain of force along a velocity's own axis, and in how that
-#: is spread over the periods.
+#: Share by which the file is off in the gain of force along its own axis, and in its course.
 _GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 #: Blocks of noise, and readings that the mean noise of a run is worth in each.
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
@@ -275,12 +274,16 @@ class Response:
             found[back:] -= share * values[:-back]
         return found
 
+    def filtered(self, remainder: FloatArray) -> FloatArray:
+        """Return remainders (k, c) without what the readings before tell of them."""
+        return np.stack([self._filtered(one, c) for c, one in enumerate(remainder.T)], axis=1)
+
     def _whitened(self, values: FloatArray, channel: int, noise: FloatArray) -> FloatArray:
         return np.asarray(self._filtered(values, channel) / np.sqrt(noise[:, channel, None]))
 
     def _noise(self, remainder: FloatArray) -> FloatArray:
         """Variance (k, c) of what is left, by blocks that lean on the whole run."""
-        left = np.stack([self._filtered(one, c) for c, one in enumerate(remainder.T)], axis=1)
+        left = self.filtered(remainder)
         length = max(round(_BLOCK_S / self.period_s), 1)
         block = np.minimum(np.arange(len(left)) // length, max(len(left) // length, 1) - 1)
         count = np.bincount(block)[:, None]
@@ -292,12 +295,10 @@ class Response:
 
     def whitened_of_sound(self, channel: int) -> FloatArray:
         """Return what sound runs leave of a channel, filtered and over its noise."""
-        return np.concatenate(
-            [
-                self._whitened(one[:, channel : channel + 1], channel, self._noise(one))[:, 0]
-                for one in self.remainders
-            ]
-        )
+        own = [one[:, channel : channel + 1] for one in self.remainders]
+        noise = [self._noise(one) for one in self.remainders]
+        white = [self._whitened(a, channel, b) for a, b in zip(own, noise, strict=True)]
+        return np.concatenate(white)[:, 0]
 
     def told_of_sound(self) -> list[Told]:
         """Return what each sound run says of the directions when the others predict it."""
@@ -314,8 +315,7 @@ class Response:
         remainder = one.next - predicted
         noise = self._noise(remainder)
         signature = one.signatures(self.force_of(fit.slope), predicted)
-        count = signature.shape[1]
-        channels = len(self.channels)
+        count, channels = signature.shape[1], len(self.channels)
         information, score = np.zeros((channels + 1, count, count)), np.zeros((channels + 1, count))
         if one.run.supply is not None:
             information[-1], score[-1] = one.run.supply
@@ -336,7 +336,7 @@ class Response:
 
     @property
     def learned(self) -> bool:
-        """Whether all of it was learned from the runs: velocities stay as they are before."""
+        """Whether velocities stay as they are before the runs are seen."""
         return self._mean is stays
 
     @property

@@ -9,7 +9,7 @@ once.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -25,6 +25,8 @@ from pipeline.types import FloatArray
 NONE, UNKNOWN = "none", "unknown"
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
 _NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
+#: Of a force that comes and goes, as probable beside any change as alone.
+_COMES_AND_GOES = 0.025
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
 _WIDTHS = ((1.0, 0.8), (3.0, 0.2))
 #: What is asked may scatter more than the few sound runs show: times their widths, and the
@@ -37,10 +39,6 @@ _SCALES = (0.3, 3.0)
 _ALL_RUNS = 0.7
 #: Single changes from which pairs are built.
 _FROM = 4
-#: What it costs to name what is not there, to leave the right one out of the set, for each further
-#: one in it, and to abstain.
-_WRONG, _BESIDE, _FURTHER, _ABSTAIN = 1.0, 0.2, 0.04, 0.35
-_MOST_SAID = 4
 
 
 @dataclass(frozen=True)
@@ -58,15 +56,6 @@ class Change:
     probability: float
     mean: FloatArray
     std: FloatArray
-
-
-@dataclass(frozen=True)
-class Said:
-    """What is said: `first`, and the names of other effects that these runs cannot tell from it."""
-
-    first: Change
-    names: tuple[str, ...]
-    ambiguous: tuple[str, ...]
 
 
 class _Runs:
@@ -194,7 +183,7 @@ def weighed(
     strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
     )
-    rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO))
+    rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO - _COMES_AND_GOES))
     every.append(Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE))
     logs = np.array([one.probability for one in every])
     shares = np.exp(logs - logs.max())
@@ -206,6 +195,34 @@ def weighed(
         whole[one.name] = whole.get(one.name, 0.0) + float(share)
     merged = [replace(one, probability=whole[name]) for name, one in shown.items()]
     return tuple(sorted(merged, key=_worth, reverse=True))
+
+
+def with_disturbance(ranking: Sequence[Change], odds: Mapping[str, float]) -> tuple[Change, ...]:
+    """Weigh a force that comes and goes, alone and beside changes: it is `unknown`.
+
+    Parameters
+    ----------
+    ranking : sequence of Change
+        All hypotheses, with `unknown`.
+    odds : mapping
+        By name of a hypothesis, the log evidence that such a force is there beside it.
+    """
+    share = _COMES_AND_GOES / _NOTHING
+    beside = share * float(
+        sum(one.probability * np.exp(odds[one.name]) for one in ranking if one.name in odds)
+    )
+    found = []
+    for one in ranking:
+        own = one
+        if one.name == UNKNOWN:
+            more = 1.0 + beside / max(one.probability, 1e-300)
+            own = replace(
+                one,
+                probability=one.probability + beside,
+                evidence=one.evidence + float(np.log(more)),
+            )
+        found.append(replace(own, probability=own.probability / (1.0 + beside)))
+    return tuple(sorted(found, key=_worth, reverse=True))
 
 
 def _hypotheses(
@@ -336,35 +353,3 @@ def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
         a, b = -b, -a
     upper, lower = float(log_ndtr(b)), float(log_ndtr(a))
     return upper + float(np.log1p(-np.exp(min(lower - upper, -1e-12))))
-
-
-def effects_of(name: str) -> tuple[str, ...]:
-    """Effects of a hypothesis by its name.
-
-    >>> effects_of("cg_shift+thruster_degraded@upper")
-    ('cg_shift', 'thruster_degraded')
-    """
-    return tuple(dict.fromkeys(part.split("@")[0] for part in name.split("+")))
-
-
-def decide(ranking: Sequence[Change]) -> Said:
-    """Say what costs least by the posterior: one answer, a set, or that it cannot be told."""
-    first, held, members = ranking[0], 0.0, 1
-    cost = _WRONG * (1.0 - first.probability)
-    beside: list[str] = []
-    own = effects_of(first.name)
-    # the same effect elsewhere is no wider answer: nothing is to be mended at either place
-    others = [one for one in ranking[1:] if effects_of(one.name) != own]
-    for name, value in ((one.name, one.probability) for one in others[: _MOST_SAID - 1]):
-        wider = _WRONG * (1.0 - first.probability - held - value) + _BESIDE * (held + value)
-        if wider + _FURTHER * members >= cost:
-            break
-        cost, held, members = wider + _FURTHER * members, held + value, members + 1
-        beside.append(name)
-    ambiguous = tuple(
-        dict.fromkeys(one for name in beside for one in effects_of(name) if one not in own)
-    )
-    if cost > _ABSTAIN and first.name not in {NONE, UNKNOWN}:
-        told = tuple(one for one in dict.fromkeys((*own, *ambiguous)) if one != UNKNOWN)
-        return Said(first, (UNKNOWN,), told)
-    return Said(first, own, ambiguous)

@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.decide import decide
 from pipeline.diagnose.regression.ordinary import Ordinary, _scale, ordinary_of, posterior
 from pipeline.diagnose.regression.response import Told
 from pipeline.diagnose.regression.sizes import sizes
@@ -15,7 +16,6 @@ from pipeline.diagnose.regression.weigh import (
     UNKNOWN,
     Gained,
     _groups,
-    decide,
     weighed,
 )
 from pipeline.effects.library import effects

@@ -1,0 +1,61 @@
+"""A force that comes and goes, by variance between blocks and within."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
+from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, Change, with_disturbance
+
+PERIOD_S = 0.25
+NO_SIZE = np.zeros(0)
+
+
+def left(seed: int, pull: float = 0.0) -> np.ndarray:
+    """White noise (k, 2) with a pull in a sixth of it along the first channel."""
+    noise = np.random.default_rng(seed).standard_normal((240, 2))
+    noise[100:140, 0] += pull
+    return noise
+
+
+def ratios(seed: int, pull: float = 0.0) -> np.ndarray:
+    return block_ratios(left(seed, pull), PERIOD_S)
+
+
+def test_the_ratio_is_that_of_an_analysis_of_variance() -> None:
+    values = left(1, 1.0)
+    blocks = values.reshape(15, 16, 2)
+    expected = [stats.f_oneway(*blocks[:, :, c]).statistic for c in range(2)]
+    assert block_ratios(values, PERIOD_S) == pytest.approx(expected)
+    assert block_ratios(100.0 * values, PERIOD_S) == pytest.approx(expected)
+    assert np.isnan(block_ratios(values[:40], PERIOD_S)).all()
+
+
+def test_a_pull_for_a_sixth_of_a_run_shows_and_noise_does_not() -> None:
+    sound = [ratios(seed) for seed in range(3)]
+    assert log_odds(sound, [ratios(10), ratios(11)]) < 0.0
+    assert log_odds(sound, [ratios(10), ratios(11, pull=4.0)]) > 5.0
+    # where sound runs are pulled as well it is ordinary
+    pulled = [ratios(seed, pull=4.0) for seed in range(3)]
+    less = log_odds(pulled, [ratios(11, pull=4.0)])
+    assert less < log_odds(sound, [ratios(11, pull=4.0)]) - 3.0
+
+
+def test_runs_too_short_for_blocks_say_nothing() -> None:
+    sound = [ratios(seed) for seed in range(3)]
+    assert log_odds(sound, [np.full(2, np.nan)]) == pytest.approx(0.0)
+
+
+def test_it_is_weighed_beside_each_change() -> None:
+    ranking = tuple(
+        Change(name, (), (), 0.0, share, NO_SIZE, NO_SIZE)
+        for name, share in ((NONE, 0.6), ("lift", 0.38), (UNKNOWN, 0.02))
+    )
+    found = with_disturbance(ranking, {NONE: np.log(240.0), "lift": np.log(24.0)})
+    share = {one.name: one.probability for one in found}
+    assert sum(share.values()) == pytest.approx(1.0)
+    # a prior of 0.025 to the 0.6 of none: 10 times as likely as none, once as lift
+    assert share[UNKNOWN] / share[NONE] == pytest.approx((10 * 0.6 + 0.38 + 0.02) / 0.6)
+    assert share["lift"] / share[NONE] == pytest.approx(0.38 / 0.6)
+    assert found[0].name == UNKNOWN
+    assert found[0].evidence == pytest.approx(np.log((10 * 0.6 + 0.38 + 0.02) / 0.02))
