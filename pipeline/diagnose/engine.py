@@ -21,7 +21,8 @@ from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.kinematics.instruments import instrument_errors
 from pipeline.diagnose.preconditions import check_preconditions
-from pipeline.diagnose.regression.answer import against_sound, gained_of
+from pipeline.diagnose.regression.answer import against_sound
+from pipeline.diagnose.regression.gained import gained_of
 from pipeline.diagnose.regression.known import LEAST_SOUND, Reference, reference_of
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
@@ -139,7 +140,7 @@ def _beside_gains(case: Case, answer: Diagnosis) -> Diagnosis:
     """Add the gains of the thrusters, and one that is dead where nothing is named."""
     gains = _gains(case)
     record = answer.record.model_copy(update={"gains": told_gains(gains)})
-    for gained in gained_of(gains, case.runs):
+    for gained in gained_of(gains, [run.name for run in case.runs]):
         record, specs = with_dead_thruster(record, gained)
         answer = replace(answer, specs=specs or answer.specs)
     return replace(answer, record=record)
@@ -190,7 +191,7 @@ def _run_by_run(
 def _against_sound(case: Case, known: Reference, began: float) -> Diagnosis:
     """Diagnose against the vehicle as its sound runs show it."""
     gains = _gains(case)
-    record, specs = against_sound(case, known, gained_of(gains, case.runs))
+    record, specs = against_sound(case, known, gained_of(gains, [run.name for run in case.runs]))
     update = {"gains": told_gains(gains), "elapsed_s": time.monotonic() - began}
     return Diagnosis(record.model_copy(update=update), specs)
 

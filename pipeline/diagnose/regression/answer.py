@@ -9,6 +9,7 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
 from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
+from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.response import Told
@@ -17,7 +18,6 @@ from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,
     Change,
-    Gained,
     weighed,
     with_disturbance,
 )
@@ -35,14 +35,11 @@ from pipeline.records.diagnosis import (
     RankedEffect,
     Verdict,
 )
-from pipeline.records.gains import ThrusterGains
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
-#: The finding of the gains that counts: a weak thruster is weighed among all else that it may be.
-_DEAD = "dead"
 #: Rounds in which the likeliest single changes are taken at their sizes, those that are not small
 #: (in units) nor already near the size (as a share of it) at which they were taken.
 _ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.3, 0.25
@@ -56,21 +53,6 @@ CALIBRATED = (
     "one posterior of a regression on the sound runs; how far their noise is trusted is set so "
     "that they scatter as they claim; see docs/methods/diagnosis.md"
 )
-
-
-def gained_of(gains: ThrusterGains, runs: Sequence[RunTable]) -> tuple[Gained, ...]:
-    """Return the thruster that the test of the gains calls dead, if that is all that it finds.
-
-    Several findings at once have a cause in common, which is no thruster's.
-    """
-    names = [run.name for run in runs]
-    if len(gains.findings) != 1:
-        return ()
-    one = gains.findings[0]
-    own = tuple(names.index(name) for name in one.runs if name in names)
-    if one.kind != _DEAD or one.value is None or one.ci95 is None or not own:
-        return ()
-    return (Gained(one.thrusters[0], own, one.value, one.ci95, one.p_value),)
 
 
 def against_sound(

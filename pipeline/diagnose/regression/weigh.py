@@ -18,6 +18,7 @@ from scipy.special import log_ndtr, logsumexp
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
+from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
@@ -136,17 +137,6 @@ def _evidence(told: Told, width: FloatArray) -> float:
     score = width * told.score
     value = score @ np.linalg.solve(inner, score) - np.linalg.slogdet(inner)[1]
     return 0.5 * float(value)
-
-
-@dataclass(frozen=True)
-class Gained:
-    """A thruster that is dead by the test of its gains; `p_value` counts all comparisons."""
-
-    thruster: str
-    runs: tuple[int, ...]
-    value: float
-    ci95: tuple[float, float]
-    p_value: float
 
 
 def weighed(

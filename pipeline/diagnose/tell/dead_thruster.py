@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pipeline.diagnose.regression.weigh import Gained, odds_of_test
+from pipeline.diagnose.regression.gained import Gained
+from pipeline.diagnose.regression.weigh import odds_of_test
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.effects.specification import EffectSpec
 from pipeline.records.diagnosis import Detail, DiagnosisRecord, ParameterEstimate, RankedEffect

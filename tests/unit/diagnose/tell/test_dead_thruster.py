@@ -3,7 +3,8 @@
 import diagnosis_records
 import pytest
 
-from pipeline.diagnose.regression.weigh import Gained, odds_of_test
+from pipeline.diagnose.regression.gained import Gained
+from pipeline.diagnose.regression.weigh import odds_of_test
 from pipeline.diagnose.tell.dead_thruster import with_dead_thruster
 from pipeline.records.diagnosis import Detail, DiagnosisRecord, Verdict
 
