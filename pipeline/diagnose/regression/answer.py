@@ -42,7 +42,7 @@ from pipeline.types import FloatArray
 _SHOWN = 20
 #: Rounds in which the likeliest single changes are taken at their sizes, those that are not small
 #: (in units) nor already near the size (as a share of it) at which they were taken.
-_ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.3, 0.25
+_ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.1, 0.25
 #: Beside changes less probable than this no other force is looked for.
 _HARDLY = 0.01
 #: Signatures closer than this are alike. [1]

@@ -3,24 +3,29 @@
 What a run leaves after a change is white once it was filtered, if the change is all there is. A
 line that catches and lets go, or a current in gusts, leaves means of blocks that scatter by more
 than readings within them do. The ratio of both (one-way analysis of variance) does not depend on
-how noisy a run is. How large it is without such a force the sound runs say, each left out in turn.
+how noisy a run is. How large it is without such a force, and how much that differs from run to run
+in all channels alike, as manoeuvres do, the sound runs say, each left out in turn.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy import stats
+from scipy.special import logsumexp
 
 from pipeline.types import FloatArray
 
 #: A block. [s]
 _BLOCK_S = 4.0
-#: Degrees of freedom of the ratio of one run, at most: blocks are not independent, nor noise even.
-_BETWEEN, _WITHIN = 5.0, 20.0
-#: Ratio of sound runs: values that are tried, and the width of its logarithm before any was seen.
-_ORDINARY, _ORDINARY_WIDTH = np.geomspace(0.2, 5.0, 33), 0.4
+#: Degrees of freedom of the ratio, fewer where blocks are less independent and noise less even.
+_FREEDOM = ((5.0, 20.0), (3.0, 6.0))
+#: Of the logarithm of a run's ratio over that of white noise: values that are tried.
+_LEVELS = np.linspace(-3.0, 4.5, 61)
+#: Its mean over runs and its standard deviation between them, before any was seen.
+_MEANS, _MEAN_WIDTH = np.linspace(-1.0, 1.5, 11), 0.4
+_SPREADS, _SPREAD_SCALE = np.array([0.1, 0.3, 0.6, 1.0, 1.5, 2.0]), 0.5
 #: A force adds so many times the ordinary ratio, each as plausible; a channel shows it or not.
-_FORCE, _SHOWN = np.geomspace(2.0, 100.0, 25), 0.5
+_FORCE, _SHOWN = np.log(np.geomspace(2.0, 100.0, 25)), 0.5
 
 
 def block_ratios(left: FloatArray, period_s: float) -> FloatArray:
@@ -45,22 +50,35 @@ def log_odds(sound: Sequence[FloatArray], asked: Sequence[FloatArray]) -> float:
     sound, asked : sequence of ndarray, shape (c,)
         Ratios of blocks of each run; see `block_ratios`.
     """
-    total = 0.0
-    for of_sound, of_asked in zip(np.transpose(sound), np.transpose(asked), strict=True):
-        prior = stats.norm.logpdf(np.log(_ORDINARY), scale=_ORDINARY_WIDTH)
-        without = prior + _log_density(of_sound, _ORDINARY).sum(axis=0)
-        ordinary = _log_density(of_asked, _ORDINARY)
-        forced = np.mean(
-            [np.exp(_log_density(of_asked, one * _ORDINARY) - ordinary) for one in _FORCE], axis=0
-        )
-        weights = np.exp(without + ordinary.sum(axis=0) - np.max(without + ordinary.sum(axis=0)))
-        shown = np.prod(1.0 - _SHOWN + _SHOWN * forced, axis=0)
-        total += float(np.log(np.sum(weights * shown) / np.sum(weights)))
-    return total
+    tried = [_both(sound, asked, freedom) for freedom in _FREEDOM]
+    ordinary, forced = np.concatenate(tried, axis=1)
+    return float(logsumexp(forced) - logsumexp(ordinary))
 
 
-def _log_density(ratios: FloatArray, scales: FloatArray) -> FloatArray:
-    """Log density (r, s) of ratios (r,) that are so many times (s,) those of white noise."""
-    known = np.where(np.isfinite(ratios), ratios, 1.0)[:, None]
-    found = stats.f.logpdf(known / scales, _BETWEEN, _WITHIN) - np.log(scales)
-    return np.where(np.isfinite(ratios)[:, None], found, 0.0)
+def _both(
+    sound: Sequence[FloatArray], asked: Sequence[FloatArray], freedom: tuple[float, float]
+) -> FloatArray:
+    """Log evidence (2, n) of all runs without and with a force, for each mean and spread."""
+    means, spreads = (one.ravel() for one in np.meshgrid(_MEANS, _SPREADS))
+    levels = stats.norm.logpdf(_LEVELS, means[:, None], spreads[:, None])
+    ordinary = -0.5 * (means / _MEAN_WIDTH) ** 2 - spreads / _SPREAD_SCALE
+    for one in sound:
+        own = _log_density(one, _LEVELS, freedom)
+        ordinary += logsumexp(levels + own.sum(axis=0), axis=1)
+    forced = ordinary.copy()
+    for one in asked:
+        without = _log_density(one, _LEVELS, freedom)
+        shifted = _log_density(one, _LEVELS[:, None] + _FORCE, freedom)
+        more = logsumexp(shifted, axis=2, b=_SHOWN / _FORCE.size)
+        either = np.logaddexp(np.log(1.0 - _SHOWN) + without, more)
+        ordinary += logsumexp(levels + without.sum(axis=0), axis=1)
+        forced += logsumexp(levels + either.sum(axis=0), axis=1)
+    return np.stack([ordinary, forced])
+
+
+def _log_density(
+    ratios: FloatArray, levels: FloatArray, freedom: tuple[float, float]
+) -> FloatArray:
+    """Log density (c, ...) of the ratios that are known (c,) at levels (...)."""
+    own = ratios[np.isfinite(ratios)].reshape(-1, *([1] * levels.ndim))
+    return np.asarray(stats.f.logpdf(own * np.exp(-levels), *freedom) - levels)
