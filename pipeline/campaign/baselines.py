@@ -76,19 +76,7 @@ def bic_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunTabl
             [_window_differences(vehicle, packed, one, vector) for one in measured]
         )
 
-    plain = differences(packed.vector)
-    if not plain.size:  # no window is as long as it takes
-        return "refused"
-    best, least = "none", _bic(plain, 0)
-    for name, target, effect in _all_targets(packed):
-        columns = _columns(packed, effect, target, differences, plain)
-        if columns.shape[1] == 0:
-            continue
-        left = plain - columns @ np.linalg.lstsq(columns, plain, rcond=1e-9)[0]
-        value = _bic(left, columns.shape[1])
-        if value < least:
-            best, least = name, value
-    return best
+    return _first(packed, differences, differences(packed.vector), 1.0)
 
 
 def sparse_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunTable]) -> str:
@@ -106,13 +94,22 @@ def sparse_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunT
         return (seen - np.concatenate(modelled)).ravel()
 
     plain = differences(packed.vector)
-    if not plain.size:
+    scale = np.maximum(np.std(plain.reshape(-1, 6), axis=0), _SLOWEST) if plain.size else np.ones(6)
+    return _first(packed, differences, plain, np.tile(1.0 / scale, len(plain) // 6))
+
+
+def _first(
+    packed: PackedVehicle,
+    differences: Callable[[FloatArray], FloatArray],
+    plain: FloatArray,
+    weight: FloatArray | float,
+) -> str:
+    """Name the effect that takes most off the weighted differences, by the criterion."""
+    if not plain.size:  # no window is as long as it takes
         return "refused"
-    scale = np.maximum(np.std(plain.reshape(-1, 6), axis=0), _SLOWEST)
-    weight = np.tile(1.0 / scale, len(plain) // 6)
     best, least = "none", _bic(plain * weight, 0)
     for name, target, effect in _all_targets(packed):
-        columns = _columns(packed, effect, target, differences, plain) * weight[:, None]
+        columns = (_columns(packed, effect, target, differences, plain).T * weight).T
         if columns.shape[1] == 0:
             continue
         left = plain * weight - columns @ np.linalg.lstsq(columns, plain * weight, rcond=1e-9)[0]
