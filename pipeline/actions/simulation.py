@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import __version__
-from pipeline.actions.replay import replay
 from pipeline.actions.run_summary import (
     LatchSummary,
     RunSummary,
@@ -24,6 +23,7 @@ from pipeline.actions.simulation_request import (
     check_request,
     parse_events,
     parse_winch,
+    replay,
     start_time_ns,
 )
 from pipeline.effects.library import module_names, parse_effect

@@ -12,8 +12,7 @@ from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.faults import with_fault
 from pipeline.blind.truth.flight import TruthFlight, fly_craft, still
 from pipeline.blind.truth.kernel_flight import CONTROL_S, Belief
-from pipeline.blind.truth.manoeuvres import Scene, scene_of, wishes_of
-from pipeline.blind.truth.pilot import belief_of
+from pipeline.blind.truth.manoeuvres import Scene, belief_of, scene_of, wishes_of
 from pipeline.blind.truth.sensors import Log, SensorReading, Weather, background, read_all
 from pipeline.errors import CannotComputeError
 from pipeline.records.run_table import OffRow, RunTable, mean_held

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.vehicle.forms import FORM_MARK
+from pipeline.vehicle.bench_schema import FORM_MARK
 
 Cell = str | float | int | None
 

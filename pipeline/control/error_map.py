@@ -20,8 +20,8 @@ from pipeline.control.inverse import Inverse, firmware_grid
 from pipeline.control.paper_allocator import rest_inverse
 from pipeline.control.real_thrust import RealThruster
 from pipeline.errors import CannotComputeError
-from pipeline.records.allocation import AllocationMap, SpeedError
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
+from pipeline.records.validation import AllocationMap, SpeedError
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
 

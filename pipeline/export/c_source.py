@@ -21,7 +21,7 @@ from pipeline.records.fits import (
     FirmwareCharacteristic,
     InverseCharacteristic,
 )
-from pipeline.vehicle.supply_voltage import is_at_supply
+from pipeline.vehicle.bench_schema import is_at_supply
 
 if TYPE_CHECKING:
     import jinja2

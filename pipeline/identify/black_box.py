@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.identify.windows import Window
-from pipeline.records.run_components import angles
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, angles
 from pipeline.types import FloatArray
 
 #: Period of the model [s], and ridge penalty on regressors of unit variance.

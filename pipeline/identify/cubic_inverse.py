@@ -10,8 +10,8 @@ from pipeline.records.fits import PolynomialFit, SpeedInverse, StaticRow
 from pipeline.records.intervals import interval_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.types import FloatArray
+from pipeline.vehicle.bench_schema import VOLTAGE_TOLERANCE, is_at_supply
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, is_at_supply
 
 #: Kostenko 2023, eq. (7).
 DEGREE = 3

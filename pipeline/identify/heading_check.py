@@ -16,8 +16,7 @@ from pipeline.identify.channel_noise import was_measured
 from pipeline.identify.smoothing import leaky_sum
 from pipeline.identify.thruster_regression import SETTLING_S
 from pipeline.physics.parameters import read
-from pipeline.records.run_components import angles
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, angles
 from pipeline.simulate.applied_wrench import actuator_states, levers, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray

@@ -37,8 +37,8 @@ from pipeline.records.fits import (
 )
 from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import is_at_supply
 
 #: A smaller gap between mooring test and calculation [N], or share of the largest thrust, is within
 #: what such a rig repeats to.

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.records.run_components import angles
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, angles
 from pipeline.types import BoolArray, FloatArray
 
 #: Everything is looked at on this time base. [s]

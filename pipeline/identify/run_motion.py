@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.smoothing import leaky_sum
-from pipeline.records.run_components import down_axis
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Sensors

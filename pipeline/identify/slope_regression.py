@@ -17,8 +17,7 @@ from pipeline.identify.channel_noise import was_measured
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear
 from pipeline.physics.parameters import read
 from pipeline.records.intervals import NORMAL_95, student_95
-from pipeline.records.run_components import down_axis
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
 

@@ -35,7 +35,7 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 

@@ -22,8 +22,7 @@ from pipeline.identify.smoothing import (
     white_noise_std,
 )
 from pipeline.identify.windows import readings_of
-from pipeline.records.run_components import angles
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, angles
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray

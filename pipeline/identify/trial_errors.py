@@ -6,8 +6,7 @@ import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise, was_measured
 from pipeline.identify.trial_windows import TrialFlights
-from pipeline.records.run_components import COMPONENTS, components, difference
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import COMPONENTS, RunTable, components, difference
 from pipeline.records.trial import ChannelError, RunTrial
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.pack import PackedVehicle

@@ -21,8 +21,8 @@ from pipeline.identify.thrust_under_way import points_under_way, with_points_und
 from pipeline.records.fits import AtVoltage, StaticCharacteristic
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
+from pipeline.vehicle.bench_schema import VOLTAGE_TOLERANCE, is_at_supply, voltage_groups
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, is_at_supply, voltage_groups
 
 #: Ahead and in reverse at a voltage.
 Signs = tuple[Family, Family]

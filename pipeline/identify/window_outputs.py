@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
 from pipeline.physics.carried_body import cross_matrix
-from pipeline.records.run_components import down_axis
+from pipeline.records.run_table import down_axis
 from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pieces import Alike, Pieces, alike_pieces, run_alike

@@ -14,7 +14,7 @@ from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
 from pipeline.ingest.stated_columns import choose_sheets
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
-from pipeline.vehicle.forms import FORM_MARK
+from pipeline.vehicle.bench_schema import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
 
 #: Opens a file by its path, its name in messages and its vehicle, as sheets.

@@ -28,8 +28,8 @@ from pipeline.ingest.thrust_checks import (
 from pipeline.ingest.vocabulary import factor_in_name, pattern_of, plain, words_of
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
+from pipeline.vehicle.bench_schema import is_at_supply, voltage_groups
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
 _UP, _DOWN = words_of("directions", "up"), words_of("directions", "down")
 #: Slower than this is rest. [m/s]

@@ -13,7 +13,7 @@ from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.supply_voltage import voltage_groups
+from pipeline.vehicle.bench_schema import voltage_groups
 
 #: Share of the largest thrust above which a tare, or its change, is worth a word.
 _LARGE_TARE_SHARE = 0.05

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units, rest_of
 from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
 from pipeline.records.pool_schema import UNITS
-from pipeline.records.run_components import quaternion_product
+from pipeline.records.run_table import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 

@@ -29,7 +29,6 @@ _SILENT = (
     "export/c_",
     "export/allocator_source.py",
     "export/self_test.py",
-    "export/size_report.py",
     "export/ros2_messages.py",
     "ingest/load_test_words.py",
     "physics/parameters.py",

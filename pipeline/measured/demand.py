@@ -9,7 +9,7 @@ from pipeline.physics.parameters import write
 from pipeline.records.run_table import Conditions, RunTable
 from pipeline.simulate.kernel_alone import demand_along
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.types import BoolArray, FloatArray
 
 

@@ -19,8 +19,7 @@ from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import injected, thrust_wrench
 from pipeline.measured.motion import measured_motion
-from pipeline.records.run_components import down_axis
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors

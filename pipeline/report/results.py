@@ -7,16 +7,15 @@ from typing import TypeVar
 from pipeline.errors import CannotComputeError, Problem
 from pipeline.records import fits, measurements
 from pipeline.records import trial as trial_records
-from pipeline.records.allocation import AllocationMap
 from pipeline.records.base import AppliedChange, Glance
 from pipeline.records.day_findings import DayDiagnosis
 from pipeline.records.gains import PooledGain
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ManoeuvreFound
-from pipeline.records.validation import AllocatorValidation
+from pipeline.records.validation import AllocationMap, AllocatorValidation
+from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import is_at_supply
 
 T = TypeVar("T")
 

@@ -20,7 +20,7 @@ if "jobs" in config:
     JOBS = config["jobs"]
 else:
     # what `rig2sea run` has done already, and half a second of imports
-    from pipeline.workflow.plain_engine import jobs_here
+    from pipeline.workflow.run import jobs_here
 
     JOBS = jobs_here(workflow.is_main_process)
 PYTHON = shlex.quote(sys.executable)

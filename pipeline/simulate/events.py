@@ -27,9 +27,8 @@ from pipeline.physics.parameters import read
 from pipeline.records.run_table import Conditions
 from pipeline.simulate.kernel_alone import fill_rotation
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.simulate.pack_hull import write_body
+from pipeline.simulate.pack_hull import vector_under, write_body
 from pipeline.simulate.run import Trajectory
-from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.model_schema import LatchSection, Model, Payload
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from pipeline.control.autopilot import Setpoint
 from pipeline.physics.parameters import read
-from pipeline.simulate import signals
 from pipeline.simulate.fly import FlightPlan
 from pipeline.simulate.manoeuvre_reach import ANY_AXIS, gentle_reach, reach_alone
 from pipeline.simulate.pack import PackedVehicle
@@ -26,6 +25,45 @@ POOL_LEG_M = 3.0
 POOL_RADIUS_M = 1.0
 #: Excitations in a pool are this much smaller: there is no room to drift.
 POOL_EXCITATION = 0.4
+
+
+def ramp(time_s: FloatArray, start_s: float, rise_s: float) -> FloatArray:
+    """0 before `start_s`, then a line to 1 within `rise_s`."""
+    return np.clip((time_s - start_s) / rise_s, 0.0, 1.0)
+
+
+def multisine(time_s: FloatArray, lowest_hz: float, highest_hz: float, lines: int) -> FloatArray:
+    """Sum of equally spaced sines with Schroeder's phases, scaled to a peak of one.
+
+    phi_k = -pi k (k - 1) / n keeps the crest factor low (Schroeder 1970, IEEE Trans. Inf. Theory
+    16(1), 85-89).
+    """
+    k = np.arange(1, lines + 1)
+    frequency = np.linspace(lowest_hz, highest_hz, lines)
+    phase = -np.pi * k * (k - 1) / lines
+    signal = np.cos(2 * np.pi * frequency * time_s[:, None] + phase).sum(axis=1)
+    return np.asarray(signal / np.abs(signal).max())
+
+
+def chirp(time_s: FloatArray, start_hz: float, end_hz: float) -> FloatArray:
+    """Sine whose frequency grows linearly from start to end over the signal."""
+    from scipy.signal import chirp as linear_chirp
+
+    return np.asarray(
+        linear_chirp(time_s - time_s[0], start_hz, float(np.ptp(time_s)), end_hz, phi=-90)
+    )
+
+
+def prbs(time_s: FloatArray, hold_s: float, seed: int) -> FloatArray:
+    """Pseudo-random binary signal of +1 and -1: a maximum-length sequence held for `hold_s`.
+
+    The seed sets where in the sequence the signal starts.
+    """
+    from scipy.signal import max_len_seq
+
+    bits = max_len_seq(9)[0] * 2.0 - 1.0
+    index = np.floor((time_s - time_s[0]) / hold_s).astype(int) + seed
+    return np.asarray(bits[index % bits.size])
 
 
 @dataclass(frozen=True)
@@ -136,7 +174,7 @@ def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> F
 
     def wrench(t: float) -> FloatArray:
         now = t % period
-        share = float(signals.ramp(np.array([now]), 0.05 * period, 0.6 * period)[0])
+        share = float(ramp(np.array([now]), 0.05 * period, 0.6 * period)[0])
         sign = 1.0 if int(t / period) % 2 == 0 else -1.0
         return np.array([sign * force * share if now < 0.75 * period else 0.0, 0, 0, 0, 0, 0])
 
@@ -280,23 +318,21 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             "multisine",
             "sines along every axis, open loop",
             120.0,
-            _excitation(
-                lambda t, axis: signals.multisine(t, 0.02 + 0.004 * axis, 0.4 + 0.01 * axis, 14)
-            ),
+            _excitation(lambda t, axis: multisine(t, 0.02 + 0.004 * axis, 0.4 + 0.01 * axis, 14)),
             ANY_AXIS,
         ),
         Manoeuvre(
             "chirp",
             "rising frequency along every axis, open loop",
             120.0,
-            _excitation(lambda t, axis: signals.chirp(t, 0.01 + 0.002 * axis, 0.5)),
+            _excitation(lambda t, axis: chirp(t, 0.01 + 0.002 * axis, 0.5)),
             ANY_AXIS,
         ),
         Manoeuvre(
             "prbs",
             "pseudo-random steps along every axis, open loop",
             120.0,
-            _excitation(lambda t, axis: signals.prbs(t, 1.5, 61 * axis)),
+            _excitation(lambda t, axis: prbs(t, 1.5, 61 * axis)),
             ANY_AXIS,
         ),
         Manoeuvre("free_decay", "released and left alone", 60.0, _free_decay),

@@ -10,7 +10,7 @@ from pipeline.records.run_table import Conditions
 from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, STATE
 from pipeline.simulate.kernel_alone import lag_pieces, simulate_pieces
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.types import FloatArray, IntArray
 
 #: Of the parameter vector what effective codes follow from, beside commands and starts.

@@ -12,8 +12,8 @@ from pipeline.errors import CannotComputeError
 from pipeline.records.run_notes import BallastItem, RunNotes
 from pipeline.records.run_table import AS_STATED, Conditions, KnownBody
 from pipeline.simulate.events import PayloadEvent, checked_events
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.simulate.tethered_mover import WinchOrder
-from pipeline.simulate.vector_under import vector_under
 from pipeline.types import FloatArray
 from pipeline.vehicle.attachment_schema import Payload, Tether
 from pipeline.vehicle.model_schema import Model

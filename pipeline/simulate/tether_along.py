@@ -30,10 +30,10 @@ from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import usual_step_s
 from pipeline.simulate.kernel_alone import fill_turn
 from pipeline.simulate.pack import PackedVehicle, mass_of
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.simulate.run import initial_state
 from pipeline.simulate.run_conditions import RunSetup
 from pipeline.simulate.tethered_mover import nominal_mover
-from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 

@@ -2,8 +2,8 @@
 
 from pipeline.control.error_map import allocation_map
 from pipeline.errors import CannotComputeError
-from pipeline.records.allocation import AllocationMap
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
+from pipeline.records.validation import AllocationMap
 from pipeline.stages.job import Job, NotMeasuredError, leaves_record
 
 

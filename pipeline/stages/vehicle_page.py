@@ -8,7 +8,6 @@ from pipeline.inputs.vehicle_changes import changes_of
 from pipeline.language import as_it_is
 from pipeline.plan import RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
-from pipeline.records.allocation import AllocationMap
 from pipeline.records.base import Record
 from pipeline.records.fits import (
     DriveFit,
@@ -18,7 +17,7 @@ from pipeline.records.fits import (
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.trial import PageReceipt, RunLine
-from pipeline.records.validation import AllocatorValidation
+from pipeline.records.validation import AllocationMap, AllocatorValidation
 from pipeline.report.bench_results import bench_line
 from pipeline.report.html import address_from, placed, safe_link, write_page
 from pipeline.report.page import index_entry

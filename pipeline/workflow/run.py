@@ -13,6 +13,7 @@ from pipeline.plan import VehicleFolder, choose, processed_file
 from pipeline.provenance import code_digest, unwritable, write_atomically
 from pipeline.reader_language import current
 from pipeline.stage_table import STAGES, needed_for, stages_of
+from pipeline.workflow.engine import FOLDER
 from pipeline.workflow.engine_jobs import Due, EngineJob, engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles, due_stages, remove_results
 from pipeline.workflow.lock import only_run
@@ -341,3 +342,20 @@ def _outcome(
 ) -> Outcome:
     found = outcome_of(vehicle, out)
     return found if plan is None else with_pool(found, vehicle, plan, out, known)
+
+
+def jobs_here(is_main: bool) -> dict[str, list[str]]:
+    """Return the jobs of the vehicles under ``raw/`` and what each waits for.
+
+    A process that the engine starts for one of them (not `is_main`) is told the same again.
+    """
+    told = Path(FOLDER, "waits.json")
+    if not is_main:
+        known: dict[str, list[str]] = json.loads(told.read_text(encoding="utf-8"))
+        return known
+    request = RunRequest()
+    vehicles, _ = vehicles_to_run(request)
+    due = due_of(vehicles, request, KnownFiles())
+    waited = dict(hand_over(engine_jobs(due, Path(), workers_of(request), ()), Path()))
+    write_atomically(told, json.dumps(waited))
+    return waited

@@ -13,11 +13,11 @@ from pipeline.plan import VEHICLE_FILE, UsageError, VehicleFolder, choose, disco
 from pipeline.provenance import UNREADABLE, canonical_json, file_digest, read_envelope, read_tables
 from pipeline.records.base import AppliedChange
 from pipeline.records.measurements import MooringRecord
+from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.change_list import value_at
 from pipeline.vehicle.estimates import Estimate, estimates_of
 from pipeline.vehicle.load import load_checked, load_vehicle
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import is_at_supply
 from pipeline.workflow.cell import Cell, find_cell
 from pipeline.workflow.lineage import Link, Raw, lineage
 from pipeline.workflow.vehicle_places import with_types

@@ -17,13 +17,14 @@ from allocator_model import allocate_fixed, allocate_single
 from bounded_model import bounded_thrusts
 from scipy.optimize import lsq_linear
 
+from evaluation.firmware import emulator
+from evaluation.firmware.size_report import allocator_instructions
 from pipeline.control.bounded_allocation import largest_demand
-from pipeline.export import emulator, fixed_point
+from pipeline.export import fixed_point
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.export.firmware import write_firmware
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.export.grid_check import FLAG
-from pipeline.export.size_report import allocator_instructions
 
 #: A lean part; RIG2SEA_ALLOCATOR_CALLS=100000 compares as many.
 FEW = 1500

@@ -17,10 +17,11 @@ import pytest
 import single_model as single_precision
 from firmware_cases import CASES, codes_that_return, reference_code, strongest
 
-from pipeline.export import emulator, fixed_point
+from evaluation.firmware import emulator
+from evaluation.firmware.size_report import flash_sizes, instructions_per_call, report
+from pipeline.export import fixed_point
 from pipeline.export.firmware import write_firmware
 from pipeline.export.self_test import reference
-from pipeline.export.size_report import flash_sizes, instructions_per_call, report
 from pipeline.records.fits import FirmwareCharacteristic
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")

@@ -9,7 +9,7 @@ from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.errors import CannotComputeError
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE
+from pipeline.vehicle.bench_schema import VOLTAGE_TOLERANCE
 
 #: Codes of each sign that a diagnosis needs where the model gives thrust.
 FEWEST_CODES = 5

@@ -17,8 +17,7 @@ import numpy as np
 from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import thrust_wrench
 from pipeline.measured.motion import measured_motion
-from pipeline.records.run_components import down_axis
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.vehicle.sensor_schema import Sensors

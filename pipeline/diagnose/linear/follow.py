@@ -28,7 +28,7 @@ from pipeline.records.run_table import RunTable
 from pipeline.simulate.kernel import RK4, STATE
 from pipeline.simulate.kernel_follow import follow_window
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Bandwidth of the pull: turning is measured by gyros, going by a DVL that is slower. [rad/s]

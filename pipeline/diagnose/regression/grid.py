@@ -23,8 +23,7 @@ from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
-from pipeline.records.run_components import down_axis
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray

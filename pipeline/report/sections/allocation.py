@@ -3,8 +3,7 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.allocation import AllocationMap
-from pipeline.records.validation import AllocatorValidation, KeepingFlight
+from pipeline.records.validation import AllocationMap, AllocatorValidation, KeepingFlight
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Details, Figure, Gallery, Table, Text, chapter
 from pipeline.report.numbers import code, fixed, general, percent, speed

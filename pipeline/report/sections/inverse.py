@@ -9,8 +9,8 @@ from pipeline.records import fits
 from pipeline.records.fit_values import family_code, speed_index, static_thrust, table4_code
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Bullets, Details, Figure, Heading, Table, Text, chapter
-from pipeline.report.curves import fit_panels
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed
+from pipeline.report.panels import fit_panels
 from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections import tables
 from pipeline.report.sections.tables import THRUST_FROM_N

@@ -11,8 +11,8 @@ from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Figure, Text, chapter
-from pipeline.report.curves import fit_panels
 from pipeline.report.numbers import code, fixed, general, percent, speed
+from pipeline.report.panels import fit_panels
 from pipeline.report.results import VehicleResults, missing_reasons, needed
 from pipeline.report.sections import tables
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_components import COMPONENTS, components, difference
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import COMPONENTS, RunTable, components, difference
 from pipeline.records.trial import ChannelError
 from pipeline.report import plotting
 from pipeline.report.blocks import (

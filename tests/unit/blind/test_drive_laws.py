@@ -8,7 +8,7 @@ from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.drive_laws import drive_law
 from pipeline.blind.truth.flight import fly_craft, still
 from pipeline.blind.truth.kernel_forces import BALANCED
-from pipeline.blind.truth.pilot import belief_of
+from pipeline.blind.truth.manoeuvres import belief_of
 from pipeline.errors import CannotComputeError
 
 

@@ -14,8 +14,7 @@ from pipeline.blind.subject import BlindSubject, possible_effects, variant_for
 from pipeline.blind.truth.craft import craft_of
 from pipeline.blind.truth.faults import FAULTS, with_fault
 from pipeline.blind.truth.flight import fly_craft, still
-from pipeline.blind.truth.manoeuvres import scene_of, wishes_of
-from pipeline.blind.truth.pilot import belief_of
+from pipeline.blind.truth.manoeuvres import belief_of, scene_of, wishes_of
 from pipeline.effects.library import apply_effects, candidates, effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.simulate.context import BenchModel, effect_context

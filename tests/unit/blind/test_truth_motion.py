@@ -10,7 +10,7 @@ from pipeline.blind.truth.craft import Craft, craft_of, rigid_of
 from pipeline.blind.truth.faults import with_fault
 from pipeline.blind.truth.flight import TruthFlight, fly_craft, still
 from pipeline.blind.truth.kernel_flight import CONTROL_S
-from pipeline.blind.truth.pilot import belief_of, configuration, pilot_axes
+from pipeline.blind.truth.manoeuvres import belief_of, configuration, pilot_axes
 from pipeline.vehicle.model_schema import Lift
 
 

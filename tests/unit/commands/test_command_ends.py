@@ -8,7 +8,7 @@ from click.testing import CliRunner, Result
 
 from pipeline.cli import cli
 from pipeline.errors import Place, Problem
-from pipeline.workflow import one_result as validate
+from pipeline.workflow import one_result
 from pipeline.workflow.one_result import Validated
 from pipeline.workflow.start import StoppedError
 from pipeline.workflow.watch import Watcher
@@ -26,7 +26,7 @@ def test_validate_ends_with_1_when_a_file_was_refused(
 ) -> None:
     record = SimpleNamespace(model_dump=lambda **_: {"flight_s": 40.0})
     done = Validated("boat", record, Path("validation.json"), None, refused)  # type: ignore[arg-type]
-    monkeypatch.setattr(validate, "validated", lambda *_: done)
+    monkeypatch.setattr(one_result, "validated", lambda *_: done)
     result = call("validate", "boat", "--json")
     assert result.exit_code == len(refused)
     assert '"flight_s": 40.0' in result.stdout, "the result is there all the same"

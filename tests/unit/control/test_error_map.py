@@ -5,8 +5,8 @@ from pipeline.control.allocation import ThrustLimits
 from pipeline.control.demand_grid import demand_grid
 from pipeline.control.error_map import allocation_map, map_speeds
 from pipeline.errors import CannotComputeError
-from pipeline.records.allocation import AllocationMap
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
+from pipeline.records.validation import AllocationMap
 from pipeline.vehicle.schema import Vehicle
 
 COS, SIN = float(np.cos(np.radians(22.5))), float(np.sin(np.radians(22.5)))

@@ -13,8 +13,7 @@ from pipeline.identify.day_choice import choose_stretches
 from pipeline.identify.trial_errors import compared, predicted_table, trial_warnings
 from pipeline.identify.trial_windows import TrialFlights, fly_trial
 from pipeline.physics.parameters import read, write
-from pipeline.records.run_components import difference
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, difference
 from pipeline.records.trial import ChannelError, RunTrial
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.fly import fly

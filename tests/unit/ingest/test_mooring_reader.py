@@ -16,8 +16,8 @@ from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.mooring_points import hysteresis, sweeps, tare
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.vehicle.bench_schema import voltage_groups
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import voltage_groups
 
 KGF_N = 9.80665
 LBF_N = 4.4482216152605

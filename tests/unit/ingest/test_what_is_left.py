@@ -13,7 +13,7 @@ from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.ingest.rows import with_cause
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
-from pipeline.vehicle.forms import FORM_MARK
+from pipeline.vehicle.bench_schema import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
 
 Record = LoadTestRecord | MooringRecord | OpenWaterRecord

@@ -4,8 +4,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.records.pool_run import ChannelRead, ChannelSummary, ClockRead, TopicRead
-from pipeline.records.run_components import COMPONENTS
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import COMPONENTS, RunTable
 from pipeline.records.trial import ChannelError, ManoeuvreFound, RunTrial, StoredRun
 from pipeline.report.results import RunResults
 from pipeline.types import FloatArray

@@ -11,7 +11,6 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.identify.drive import fit_drive
 from pipeline.physics.torque_balance import OpenWaterPropeller
-from pipeline.records.allocation import AllocationMap, SpeedError
 from pipeline.records.base import Source
 from pipeline.records.fits import (
     Check,
@@ -39,6 +38,7 @@ from pipeline.records.measurements import (
     OpenWaterRecord,
     SheetRead,
 )
+from pipeline.records.validation import AllocationMap, SpeedError
 from pipeline.report.results import VehicleResults
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle

@@ -17,8 +17,8 @@ from pipeline.records.run_notes import (
 )
 from pipeline.simulate.events import PayloadSchedule, vector_with_modules
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.pack_hull import vector_under
 from pipeline.simulate.run_conditions import RunSetup, run_setup
-from pipeline.simulate.vector_under import vector_under
 from pipeline.vehicle.attachment_schema import Ballast
 from pipeline.vehicle.schema import Vehicle
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.simulate.signals import chirp, multisine, prbs, ramp
+from pipeline.simulate.manoeuvres import chirp, multisine, prbs, ramp
 
 
 def test_step_and_ramp_by_hand() -> None:

@@ -12,7 +12,7 @@ from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
 from pipeline.stages.receipt import FirmwareFiles
-from pipeline.workflow import export, one_result, validate
+from pipeline.workflow import one_result
 from pipeline.workflow.outcome import Outcome, outcome_of
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Result, RunRequest
@@ -130,10 +130,10 @@ def test_failure_is_told_by_the_title_of_its_stage(
     log = tmp_path / "processed/boat/logs/run_trial/dive1.log"
     assert text == f"error: {told}\nIts log: {log}"
     monkeypatch.setattr(one_result, "run", lambda *_: stopped)
-    monkeypatch.setattr(validate, "choose", lambda *_: None)
+    monkeypatch.setattr(one_result, "choose", lambda *_: None)
     for call in (
-        lambda: export.export_firmware(RunRequest(("boat",)), tmp_path),
-        lambda: validate.validated("boat", tmp_path, tmp_path),
+        lambda: one_result.export_firmware(RunRequest(("boat",)), tmp_path),
+        lambda: one_result.validated("boat", tmp_path, tmp_path),
     ):
         with pytest.raises(CannotComputeError) as caught:
             call()
@@ -253,9 +253,9 @@ def test_export_tells_the_failed_checks_behind_the_firmware(
     write_envelope(tmp_path / firmware, receipt)
     made = one_result.OneResult("boat", tmp_path / firmware, receipt, ())
     boat = VehicleFolder("boat", "raw/boat")
-    monkeypatch.setattr(export, "one_result", lambda *_: made)
-    monkeypatch.setattr(export, "choose", lambda *_: ((boat,), ()))
-    done = export.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
+    monkeypatch.setattr(one_result, "one_result", lambda *_: made)
+    monkeypatch.setattr(one_result, "choose", lambda *_: ((boat,), ()))
+    done = one_result.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
     assert done.refused == ()
     assert (tmp_path / "to/boat.h").is_file()
     told = capsys.readouterr().err

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.export import emulator, size_report
+from evaluation.firmware import emulator, size_report
 
 
 def test_wrong_usage() -> None:

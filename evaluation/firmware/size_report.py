@@ -1,6 +1,6 @@
 """Code size and instructions per call of generated firmware on a Cortex-M4.
 
-Usage: ``python -m pipeline.export.size_report FOLDER/<vehicle>_thruster.c``
+Usage: ``python -m evaluation.firmware.size_report FOLDER/<vehicle>_thruster.c``
 """
 
 import sys
@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from evaluation.firmware import emulator
 from pipeline.errors import Rig2SeaError
-from pipeline.export import emulator
 from pipeline.export.c_text import c_identifier
 
 _STEM_END = "_thruster"
