@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -39,32 +40,13 @@ def track_figure(results: RunResults) -> Figure | None:
     down = (depth[:, 0] if depth is not None else position[:, 2])[rows]  # type: ignore[index]
     colour = _gap(results, rows)
     top = None if colour is None else float(np.nanmax(colour))
-    plane = None if position is None else position[rows, :2]
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        right = WIDTH - (58.0 if top is not None else 6.0)
-        if plane is not None:
-            axes = axes_at(
-                figure, 48.0, 10.0, 0.44 * right, 122.0, "east  [m]", "north  [m]", ticks=(2, 4)
-            )
-            _line(axes, plane[:, 1], plane[:, 0], colour, top)
-            start = plane[np.isfinite(plane).all(axis=1)][0]
-            axes.plot(start[1], start[0], "o", color=INK, ms=4)
-            axes.set_aspect("equal", adjustable="datalim")  # a metre east as long as one north
-        left = 52.0 if plane is None else 0.64 * right
-        axes = axes_at(figure, left, 10.0, right, 122.0, "time  [s]", "depth  [m]", ticks=(4, 4))
-        shown = _line(axes, time_s, down, colour, top)
-        axes.invert_yaxis()
-        if shown is not None:
-            bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
-            few = bar.yaxis.get_major_locator()
-            figure.colorbar(shown, cax=bar, ticks=few)
-            bar.tick_params(labelsize=8)
-            figure.text(
-                (right + 16.0) / WIDTH, 0.5, translate("gap in speed  [m/s]"), size=8, rotation=90,
-                ha="center", va="center",
-            )  # fmt: skip
-
+    views = [View(time_s, down, "time  [s]", "depth  [m]")]
+    if position is not None:
+        north, east = position[rows, :2].T
+        views = [
+            View(east, north, "east  [m]", "north  [m]", (0.0, 0.42), from_above=True),
+            replace(views[0], share=(0.63, 1.0)),
+        ]
     lead, caption = (
         "Where the vehicle went.",
         "Left: from above, the dot is the start. Right: depth.",
@@ -77,16 +59,60 @@ def track_figure(results: RunResults) -> Figure | None:
             "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
             "velocity differ."
         )
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        _paint(figure, views, colour, top)
+
     still = draw("fig-track", caption, 152.0, paint)
-    ways = [(time_s, down, "time  [s]", "depth  [m]")]
-    ways += [] if plane is None else [(plane[:, 1], plane[:, 0], "east  [m]", "north  [m]")]
-    return Figure("fig-track", lead, still, caption, data_block(_interactive(ways, colour)))
+    return Figure("fig-track", lead, still, caption, data_block(_interactive(views, colour)))
 
 
-def _interactive(
-    ways: Sequence[tuple[FloatArray, FloatArray, str, str]], colour: FloatArray | None
-) -> Json:
-    """Return depth over time and, left of it where it is known, the track from above."""
+@dataclass(frozen=True)
+class View:
+    """A view of the track: `y` over `x` (k,), in a share of the width.
+
+    From above a metre is as long either way and the start is marked; else `y` counts downwards.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    x_label: str
+    y_label: str
+    share: tuple[float, float] = (0.0, 1.0)
+    from_above: bool = False
+
+
+def _paint(
+    figure: matplotlib.figure.Figure,
+    views: Sequence[View],
+    colour: FloatArray | None,
+    top: float | None,
+) -> None:
+    left, right = 50.0, WIDTH - (58.0 if top is not None else 6.0)
+    for view in views:
+        low, high = (left + (right - left) * end for end in view.share)
+        ticks = (2 if view.from_above else 4, 4)
+        axes = axes_at(figure, low, 10.0, high, 122.0, view.x_label, view.y_label, ticks=ticks)
+        shown = _line(axes, view.x, view.y, colour, top)
+        if view.from_above:
+            start = np.flatnonzero(np.isfinite(view.x + view.y))[0]
+            axes.plot(view.x[start], view.y[start], "o", color=INK, ms=4)
+            axes.set_aspect("equal", adjustable="datalim")
+        else:
+            axes.invert_yaxis()
+    if shown is None:
+        return
+    bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
+    few = bar.yaxis.get_major_locator()
+    figure.colorbar(shown, cax=bar, ticks=few)
+    bar.tick_params(labelsize=8)
+    figure.text(
+        (right + 16.0) / WIDTH, 0.5, translate("gap in speed  [m/s]"), size=8, rotation=90,
+        ha="center", va="center",
+    )  # fmt: skip
+
+
+def _interactive(views: Sequence[View], colour: FloatArray | None) -> Json:
     marker: Json = {"color": BLUE}
     layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 12, "b": 48}}
     if colour is not None:
@@ -94,20 +120,19 @@ def _interactive(
         layout["coloraxis"] = {"cmin": 0, "colorbar": bar}
         marker = {"color": packed(np.append(colour, colour[-1:])), "coloraxis": "coloraxis"}
     data = []
-    for k, (x, y, x_label, y_label) in enumerate(ways, start=1):
-        domain = [0.0, 1.0] if len(ways) == 1 else [0.58, 1.0] if k == 1 else [0.0, 0.42]
-        titles = [{"title": {"text": text_of(own), "standoff": 8}} for own in (x_label, y_label)]
-        direction = {"autorange": "reversed"} if k == 1 else {"scaleanchor": "x2"}
+    for k, view in enumerate(views, start=1):
         number = "" if k == 1 else str(k)
-        layout[f"xaxis{number}"] = {**titles[0], "domain": domain, "anchor": f"y{number}"}
-        up = {**titles[1], **direction, "anchor": f"x{number}", "zeroline": False}
-        layout[f"yaxis{number}"] = up
-        axes = {"xaxis": f"x{number}", "yaxis": f"y{number}", "mode": "lines+markers"}
+        x_title, y_title = (
+            {"title": {"text": text_of(own), "standoff": 8}} for own in (view.x_label, view.y_label)
+        )
+        up = {"scaleanchor": f"x{number}"} if view.from_above else {"autorange": "reversed"}
+        layout[f"xaxis{number}"] = {**x_title, "domain": [*view.share], "anchor": f"y{number}"}
+        layout[f"yaxis{number}"] = {**y_title, **up, "anchor": f"x{number}", "zeroline": False}
         # the first point of the track from above is its start
-        sizes = 5 if k == 1 else [10, *[5] * (x.size - 1)]
-        own = {**marker, "size": sizes}
-        line = {"color": SOFT, "width": 1}
-        data.append({"x": packed(x), "y": packed(y), "line": line, "marker": own, **axes})
+        sizes = [10, *[5] * (view.x.size - 1)] if view.from_above else 5
+        own = {"line": {"color": SOFT, "width": 1}, "marker": {**marker, "size": sizes}}
+        axes = {"xaxis": f"x{number}", "yaxis": f"y{number}", "mode": "lines+markers"}
+        data.append({"x": packed(view.x), "y": packed(view.y), **own, **axes})
     return {"data": data, "layout": {**layout, "showlegend": False, "hovermode": "closest"}}
 
 
