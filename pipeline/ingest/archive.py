@@ -19,8 +19,6 @@ from pipeline.ingest.cells import Limits, column_index, column_letter
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import read_unit_cell
 
-_PIECE = 1 << 16
-_LOCAL_HEADER = struct.Struct("<4s5H3I2H")
 _DECLARATION = re.compile(rb"<!\s*(?:DOCTYPE|ENTITY)", re.IGNORECASE)
 _HIDDEN_XML = re.compile(rb"<(?:[\w.-]+:)?(?:sheetData|sst|si|row|c)[\s>/]")
 _CELL = re.compile(rb"<(?:\w+:)?c(?=[\s>/])")
@@ -77,8 +75,7 @@ def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
     Raises `InputError` for one that is truncated, damaged, encrypted, or larger than the limits.
     """
     try:
-        with zipfile.ZipFile(BytesIO(data)) as packed:
-            entries = packed.infolist()
+        packed = zipfile.ZipFile(BytesIO(data))
     except (zipfile.BadZipFile, ValueError, OSError, struct.error, NotImplementedError) as error:
         raise InputError.at(
             place,
@@ -86,27 +83,24 @@ def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
             expected="a complete .xlsx file.",
             remedy="Copy it from the bench again, or save it again in a spreadsheet program.",
         ) from error
-    _check_directory(entries, place, limits)
     members: dict[str, bytes] = {}
-    total = 0
-    for entry in entries:
-        content = _unpack_member(data, entry, place, limits, limits.max_unpacked_bytes - total)
-        total += len(content)
-        if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
-            if _DECLARATION.search(content) is not None:
-                raise _refused(
-                    place,
-                    f'its part "{entry.filename[:80]}" declares a document type or entities, which '
-                    "no spreadsheet program writes; it was not read.",
-                )
-            members[entry.filename.lower()] = content
-        elif _HIDDEN_XML.search(content) is not None:
-            # the reader passes over what stands before the first tag, the limits must not
-            raise _refused(
-                place,
-                f'its part "{entry.filename[:80]}" holds cells and does not begin as XML does, '
-                "which no spreadsheet program writes; it was not read.",
-            )
+    with packed:
+        entries = packed.infolist()
+        _check_directory(entries, place, limits)
+        for entry in entries:
+            content = _unpack_member(packed, entry, place, limits)
+            why = ""
+            if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+                members[entry.filename.lower()] = content
+                if _DECLARATION.search(content) is not None:
+                    why = "declares a document type or entities"
+            elif _HIDDEN_XML.search(content) is not None:
+                # the reader passes over what stands before the first tag, the limits must not
+                why = "holds cells and does not begin as XML does"
+            if why:
+                part = entry.filename[:80]
+                what = f'its part "{part}" {why}, which no spreadsheet program writes; it was not '
+                raise _refused(place, f"{what}read.")
     return Archive(frozenset(entry.filename.lower() for entry in entries), members)
 
 
@@ -143,59 +137,26 @@ def _too_large(place: Place, what: str, limits: Limits) -> InputError:
 
 
 def _unpack_member(
-    data: bytes, entry: zipfile.ZipInfo, place: Place, limits: Limits, left: int
+    packed: zipfile.ZipFile, entry: zipfile.ZipInfo, place: Place, limits: Limits
 ) -> bytes:
-    """Unpack one member, whatever size the directory states."""
-    damaged = InputError.at(
+    """Unpack one member: no more of it than the directory states, and that with its checksum."""
+    # Small members (styles of a template, empty sheets) may pack well without any harm.
+    if entry.file_size > max(4_000_000, limits.max_ratio * entry.compress_size):
+        raise _too_large(place, f"unpacks to over {limits.max_ratio:g} times its size", limits)
+    try:
+        if entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            with packed.open(entry) as stream:
+                content = stream.read(entry.file_size + 1)
+            if len(content) == entry.file_size:
+                return content
+    except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError):
+        pass
+    raise InputError.at(
         place,
         f'the workbook is damaged: its part "{entry.filename[:80]}" cannot be unpacked.',
         expected="a complete .xlsx file.",
         remedy="Copy it from the bench again, or save it again in a spreadsheet program.",
     )
-    start = entry.header_offset
-    header = data[start : start + _LOCAL_HEADER.size]
-    if len(header) < _LOCAL_HEADER.size or not header.startswith(b"PK\x03\x04"):
-        raise damaged
-    fields = _LOCAL_HEADER.unpack(header)
-    start += _LOCAL_HEADER.size + fields[9] + fields[10]
-    packed = data[start : start + entry.compress_size]
-    if len(packed) < entry.compress_size:
-        raise damaged
-    if entry.compress_type == zipfile.ZIP_STORED:
-        content = packed
-    elif entry.compress_type == zipfile.ZIP_DEFLATED:
-        try:
-            content = _inflate(packed, place, limits, left)
-        except zlib.error as error:
-            raise damaged from error
-    else:
-        raise damaged
-    if len(content) > left:
-        what = f"unpacks to more than {limits.max_unpacked_bytes / 1e6:.0f} MB"
-        raise _too_large(place, what, limits)
-    if len(content) != entry.file_size or zlib.crc32(content) != entry.CRC:
-        raise damaged
-    return content
-
-
-def _inflate(packed: bytes, place: Place, limits: Limits, left: int) -> bytes:
-    stream = zlib.decompressobj(-zlib.MAX_WBITS)
-    pieces: list[bytes] = []
-    size = 0
-    piece = stream.decompress(packed, _PIECE)
-    while piece:
-        pieces.append(piece)
-        size += len(piece)
-        if size > left:
-            what = f"unpacks to more than {limits.max_unpacked_bytes / 1e6:.0f} MB"
-            raise _too_large(place, what, limits)
-        # Small members (styles of a template, empty sheets) may pack well without any harm.
-        if size > 4_000_000 and size > limits.max_ratio * len(packed):
-            raise _too_large(place, f"unpacks to over {limits.max_ratio:g} times its size", limits)
-        piece = stream.decompress(stream.unconsumed_tail, _PIECE)
-    if not stream.eof:
-        raise zlib.error("incomplete")
-    return b"".join(pieces)
 
 
 def units_of_styles(styles: bytes) -> dict[bytes, str]:

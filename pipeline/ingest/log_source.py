@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place, Problem
@@ -18,12 +17,11 @@ from pipeline.ingest.log_names import BAG_FILE
 from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_directory import Directory, LogFaults
 from pipeline.ingest.message_definitions import Path as FieldPath
-from pipeline.ingest.message_fields import NO_STAMP, joined_ns, ticks_ns
-from pipeline.ingest.pool_run_extract import Request, TopicData, extract
+from pipeline.ingest.pool_run_extract import Request, Sink, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_topics import topics_of
 from pipeline.records.pool_schema import PoolChannel
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import IntArray
 
 
 @dataclass
@@ -205,34 +203,9 @@ def open_log(path: Path, shown_as: str) -> LogSource:
 
 
 def _taken(table: TopicTable, request: Request) -> TopicData:
-    count = table.log_time_ns.size
-    values: FloatArray = np.full((count, len(request.numbers)), np.nan)
-    for number, path in enumerate(request.numbers):
-        column = table.column(path)
-        if column is not None:
-            values[:, number] = column
-    names: list[tuple[str, ...]] = []
-    name_list = None
+    sink = Sink(request, table.log_time_ns.size)
+    rows = sink.room(table.log_time_ns)
+    sink.fill(rows, slice(None), table.log_time_ns.size, table.column)
     if request.names is not None:
-        names = [table.texts.get(str(request.names[0]), ())]
-        name_list = np.zeros(count, np.int64)
-    return TopicData(
-        table.log_time_ns,
-        values,
-        _stamps(table, request),
-        np.zeros(count, np.bool_),
-        names,
-        name_list,
-    )
-
-
-def _stamps(table: TopicTable, request: Request) -> IntArray | None:
-    stamp = request.stamp
-    if stamp is None:
-        return None
-    first = table.column(stamp.first)
-    second = None if stamp.nanoseconds is None else table.column(stamp.nanoseconds)
-    if first is None or (stamp.nanoseconds is not None and second is None):
-        return np.full(table.log_time_ns.size, NO_STAMP)
-    time_ns = ticks_ns(first, stamp.unit_ns)
-    return time_ns if second is None else joined_ns(time_ns, ticks_ns(second, 1))
+        rows["names"][:] = sink.name_list(table.texts.get(str(request.names[0]), ()))
+    return sink.finish()

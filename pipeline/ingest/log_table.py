@@ -39,13 +39,6 @@ _SPELLINGS = {
 }
 _NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
 _BYTES_OF_HEAD = 65_536
-#: Quantities of thrusters -> what stands before the name of one, and after it.
-_OF_THRUSTERS: Mapping[str, tuple[str, ...]] = {
-    "thruster_command": ("command", "cmd", "pwm", "code"),
-    "shaft_speed": ("shaft_speed_rpm", "shaft_speed", "rpm"),
-    "thrust": ("thrust_n", "thrust"),
-}
-_OWN_UNITS = {"rpm": "rpm", "shaft_speed_rpm": "rpm", "thrust_n": "N", "pwm": "us", "code": "code"}
 
 
 def read_table(path: Path, shown_as: str) -> TableLog:
@@ -238,21 +231,21 @@ def _usual(units: Mapping[str, str], facts: LogFacts) -> list[PoolChannel]:
     found = []
     for quantity, choices in data_of("topics")["columns"].items():
         for names in choices:
-            fields = [_with_unit(name, units) for name in names]
-            if all(field is not None for field in fields):
-                known = [field for field in fields if field is not None]
+            fields = [field for name in names if (field := _with_unit(name, units)) is not None]
+            if len(fields) == len(names):
                 order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
-                found += _channel(quantity, known, units, facts, **order)
+                found += _channel(quantity, fields, units, facts, **order)
                 break
-    for quantity, begins in _OF_THRUSTERS.items():
+    for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
+        begin = "|".join(begins)  # the longer ones stand first
         columns = {
-            match[2]: field
+            match[2]: (field, begins[match[1]])
             for field in units
-            for begin in begins
             if (match := re.fullmatch(rf"({begin})_(.+)", field)) is not None
         }
-        for thruster, field in columns.items():
-            found += _channel(quantity, [field], units, facts, thrusters=(thruster,))
+        for thruster, (field, unit) in columns.items():
+            own = {**units, field: units[field] or unit}
+            found += _channel(quantity, [field], own, facts, thrusters=(thruster,))
     return found
 
 
@@ -273,9 +266,7 @@ def _channel(
     **more: Any,  # noqa: ANN401
 ) -> list[PoolChannel]:
     """Return a channel; none where its unit is not one of the quantity."""
-    unit = units[fields[0]] or next(
-        (one for begin, one in _OWN_UNITS.items() if fields[0].startswith(begin)), ""
-    )
+    unit = units[fields[0]]
     end = fields[0].rsplit("_", 1)[-1]
     if not unit and end in {"deg", "rad", "mm", "cm", "mv"}:
         unit = {"mv": "mV"}.get(end, end)

@@ -83,35 +83,6 @@ class Definition:
         return self.messages[self.root]
 
 
-def _checked(definition: Definition) -> Definition:
-    """Return a definition if every name is defined, nothing contains itself, all takes bytes.
-
-    Arrays of what takes none could be decoded without end.
-    """
-    done: set[str] = set()
-
-    def visit(name: str, inside: tuple[str, ...]) -> None:
-        if name in inside:
-            raise DefinitionError(f"{name} contains itself")
-        if name in done:
-            return
-        if name not in definition.messages:
-            raise DefinitionError(f"{name} is not defined in it")
-        if len(inside) > 50:
-            raise DefinitionError("it is nested deeper than 50 levels")
-        if not definition.messages[name]:
-            raise DefinitionError(f"{name} has no members")
-        for part in definition.messages[name]:
-            if part.length == 0:
-                raise DefinitionError(f'"{part.name}" is an array of no elements')
-            if part.type not in PRIMITIVES and part.type != STRING:
-                visit(part.type, (*inside, name))
-        done.add(name)
-
-    visit(definition.root, ())
-    return definition
-
-
 def parse_path(text: str) -> list[Path]:
     """Parse the path of a field; a range of elements gives a path for each.
 
@@ -182,85 +153,81 @@ def parse_definition(name: str, text: str, language: str) -> Definition:
             raise DefinitionError(f"its definition is empty: {error}") from None
     if len(text) > _MOST_CHARACTERS:
         raise DefinitionError(f"it has {len(text)} characters; at most {_MOST_CHARACTERS} are read")
-    types = _of_idl(text) if language.endswith("idl") else _of_msg(root, text)
+    types = _types_in(root, text, is_idl=language.endswith("idl"))
     if root not in types:
         raise DefinitionError(f"{name} is not defined in it")
     return _definition(root, types, wire)
 
 
-def _standard(name: str) -> tuple[Field, ...]:
-    """Return the fields of a standard message, which some recorders leave undefined."""
+def _standard(name: str) -> Any:  # noqa: ANN401  rosbags' nested tuples
+    """Return the members of a standard message, which some recorders leave undefined."""
     from rosbags.typesys import Stores, get_typestore
 
     types = get_typestore(Stores.ROS2_HUMBLE).fielddefs
     if name not in types:
         raise DefinitionError(f"{name} is not defined in it, and is no standard message")
-    return tuple(_field(*one) for one in types[name][1]) or _NO_FIELDS
+    return types[name][1]
 
 
-def _of_msg(root: str, text: str) -> Mapping[str, Any]:
-    from rosbags.typesys import TypesysError, get_types_from_msg
+def _types_in(root: str, text: str, *, is_idl: bool) -> Mapping[str, Any]:
+    """Return what rosbags makes of a text: name -> constants and members of each message."""
+    from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
 
-    if re.search(r"^---\s*$", text, re.MULTILINE):
+    if is_idl:
+        text = _IDL_COMMENT.sub(" ", _IDL_SKIPPED.sub("", text))
+        refused = _IDL_REFUSED.search(text)
+        if refused is not None:
+            raise DefinitionError(f'"{refused[0]}" is not supported')
+        if _NESTED_SEQUENCE.search(text):
+            raise DefinitionError("a sequence of sequences is not supported")
+        if sum(1 for _ in _IDL_NAMES.finditer(text)) > _MOST_IDL_NAMES:
+            raise DefinitionError(f"it has more than {_MOST_IDL_NAMES} typedefs and annotations")
+    elif re.search(r"^---\s*$", text, re.MULTILINE):
         raise DefinitionError("it defines a service or an action, which is not one message")
     try:
+        if is_idl:
+            return get_types_from_idl(text)
         return get_types_from_msg(_SEPARATOR.sub("=" * 80, text), root)
     except (TypesysError, ValueError, RecursionError, IndexError, KeyError, TypeError) as error:
-        raise DefinitionError(_said(error)) from None
-
-
-def _of_idl(text: str) -> Mapping[str, Any]:
-    from rosbags.typesys import TypesysError, get_types_from_idl
-
-    plain = _IDL_COMMENT.sub(" ", _IDL_SKIPPED.sub("", text))
-    refused = _IDL_REFUSED.search(plain)
-    if refused is not None:
-        raise DefinitionError(f'"{refused[0]}" is not supported')
-    if _NESTED_SEQUENCE.search(plain):
-        raise DefinitionError("a sequence of sequences is not supported")
-    if sum(1 for _ in _IDL_NAMES.finditer(plain)) > _MOST_IDL_NAMES:
-        raise DefinitionError(f"it has more than {_MOST_IDL_NAMES} typedefs and annotations")
-    try:
-        return get_types_from_idl(plain)
-    except (TypesysError, ValueError, RecursionError, IndexError, KeyError, TypeError) as error:
-        raise DefinitionError(_said(error)) from None
-
-
-def _said(error: Exception) -> str:
-    """Return the place that could not be parsed, in one line."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    place = lines[-1][:60] if len(lines) > 1 else (lines or [type(error).__name__])[0][:100]
-    return f'"{place}" cannot be understood'
+        # the place that could not be parsed, in one line
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        place = lines[-1][:60] if len(lines) > 1 else (lines or [type(error).__name__])[0][:100]
+        raise DefinitionError(f'"{place}" cannot be understood') from None
 
 
 def _definition(root: str, types: Mapping[str, Any], wire: Literal["cdr", "ros1"]) -> Definition:
+    """Return a definition if nothing contains itself and all takes bytes.
+
+    Arrays of what takes none could be decoded without end.
+    """
     messages: dict[str, tuple[Field, ...]] = {}
-    waiting, count = [root], 0
-    while waiting:
-        name = waiting.pop()
+
+    def visit(name: str, inside: tuple[str, ...]) -> None:
+        if name in inside:
+            raise DefinitionError(f"{name} contains itself")
         if name in messages:
-            continue
-        built_in = _built_in(name, wire)
-        if built_in is not None:
-            messages[name] = built_in
-        elif name in types:
-            messages[name] = tuple(_field(*one) for one in types[name][1]) or _NO_FIELDS
-        else:
-            messages[name] = _standard(name)
-        count += len(messages[name])
-        if count > MOST_FIELDS:
+            return
+        if len(inside) > 50:
+            raise DefinitionError("it is nested deeper than 50 levels")
+        messages[name] = _fields(name, types, wire)
+        if sum(map(len, messages.values())) > MOST_FIELDS:
             raise DefinitionError(f"it has more than {MOST_FIELDS} members")
-        waiting += [
-            one.type for one in messages[name] if one.type not in PRIMITIVES and one.type != STRING
-        ]
-    return _checked(Definition(root, messages, wire))
+        for part in messages[name]:
+            if part.type not in PRIMITIVES and part.type != STRING:
+                visit(part.type, (*inside, name))
+
+    visit(root, ())
+    return Definition(root, messages, wire)
 
 
-def _built_in(name: str, wire: str) -> tuple[Field, ...] | None:
-    """Return what files leave out, or rosbags takes for its namesake of ROS 2."""
+def _fields(name: str, types: Mapping[str, Any], wire: str) -> tuple[Field, ...]:
+    # what files leave out, or rosbags takes for its namesake of ROS 2
     if name in ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"):
         return _TIME[wire]
-    return _ROS1_HEADER if wire == "ros1" and name == "std_msgs/msg/Header" else None
+    if wire == "ros1" and name == "std_msgs/msg/Header":
+        return _ROS1_HEADER
+    members = types[name][1] if name in types else _standard(name)
+    return tuple(_field(*one) for one in members) or _NO_FIELDS
 
 
 def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tuples
@@ -275,6 +242,8 @@ def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tupl
             raise DefinitionError(f'"{name}" is an array of arrays')
     if length is not None and length > _MAX_LENGTH:
         raise DefinitionError(f'"{name}" is too long an array')
+    if length == 0:
+        raise DefinitionError(f'"{name}" is an array of no elements')
     base = content if node == Nodetype.NAME else content[0]
     if node == Nodetype.BASE and base not in PRIMITIVES and base != STRING:
         raise DefinitionError(f'"{name}": {base} is not supported')

@@ -1,7 +1,8 @@
 """What a message says beside its numbers: its time, its frame, whether the readings are valid."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import Path
 from pipeline.ingest.pool_run_codec import value_at
+from pipeline.ingest.quantities import largest
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
@@ -21,20 +23,8 @@ _EARTH_AXES = frozenset({"ned", "enu", "nwu"})
 #: Frames in which a velocity is in body axes already.
 _BODY = ("base_link", "body")
 #: Stands for a message that has no time of its own.
-NO_STAMP = np.iinfo(np.int64).min
+NO_STAMP, _LATEST = np.iinfo(np.int64).min, np.iinfo(np.int64).max
 _SECOND_NS = 1_000_000_000
-#: Quantity -> largest believable size. Units of the records.
-LARGEST: Mapping[str, float] = {
-    "angular_velocity": 40.0,
-    "specific_force": 200.0,
-    "velocity": 20.0,
-    "velocity_earth": 20.0,
-    "depth": 12_000.0,
-    "position": 1e7,
-    "voltage": 2_000.0,
-    "current": 2_000.0,
-    "shaft_speed": 100_000.0,
-}
 #: Where more of the readings are beyond, the unit is wrong and not the readings.
 _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
@@ -91,6 +81,12 @@ class Stamp:
     unit_ns: int = _SECOND_NS
     nanoseconds: Path | None = None
 
+    @property
+    def parts(self) -> tuple[tuple[Path, int], ...]:
+        """Where each part of the time stands, and what one of it is worth. [ns]."""
+        rest = () if self.nanoseconds is None else ((self.nanoseconds, 1),)
+        return ((self.first, self.unit_ns), *rest)
+
 
 def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
     """Convert clock readings to nanoseconds; integers stay exact."""
@@ -110,52 +106,51 @@ def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
         return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
 
 
-def joined_ns(first: IntArray, second: IntArray) -> IntArray:
-    """Add two parts of a time; where one of them is no time, or the sum is beyond 64 bits, none."""
-    total = first + second  # wraps round: then its sign is neither that of the one nor the other's
-    no_time = (
-        (first == NO_STAMP) | (second == NO_STAMP) | (((first ^ total) & (second ^ total)) < 0)
-    )
-    return np.asarray(np.where(no_time, NO_STAMP, total))
+def stamps_of(
+    column: Callable[[Path], npt.NDArray[Any] | None], stamp: Stamp, count: int
+) -> IntArray:
+    """Return the times (k,) of messages, `NO_STAMP` for none.
+
+    `column` gives the numbers (k,) that stand at a path, None where there are none. A time beyond
+    64 bits is none.
+    """
+    time_ns, no_time = np.zeros(count, np.int64), np.zeros(count, np.bool_)
+    for path, unit_ns in stamp.parts:
+        numbers = column(path)
+        if numbers is None:
+            return np.full(count, NO_STAMP)
+        ticks = ticks_ns(numbers, unit_ns)
+        total = time_ns + ticks  # wraps round: then its sign is neither of the one nor the other
+        no_time |= (ticks == NO_STAMP) | (((time_ns ^ total) & (ticks ^ total)) < 0)
+        time_ns = total
+    return np.asarray(np.where(no_time, NO_STAMP, time_ns))
 
 
 def stamp_of(tree: object, stamp: Stamp) -> int:
     """Time of one decoded message; the same arithmetic as for many."""
-    first = value_at(tree, stamp.first)
-    if isinstance(first, str):
-        first = number_of_text(first)
-    if not isinstance(first, int | float):
-        return int(NO_STAMP)
-    total = _one_tick(first, stamp.unit_ns)
-    if stamp.nanoseconds is None or total == NO_STAMP:
-        return total
-    second = value_at(tree, stamp.nanoseconds)
-    if not isinstance(second, int | float):
-        return int(NO_STAMP)
-    rest = _one_tick(second, 1)
-    if rest == NO_STAMP or not NO_STAMP < total + rest <= np.iinfo(np.int64).max:
-        return int(NO_STAMP)
-    return total + rest
-
-
-def _one_tick(number: float, unit_ns: int) -> int:
-    if isinstance(number, int):
-        most = np.iinfo(np.int64).max // unit_ns
-        return number * unit_ns if -most <= number <= most else int(NO_STAMP)
-    exact = float(number) * float(unit_ns)
-    return int(np.rint(exact)) if abs(exact) < 9.0e18 else int(NO_STAMP)
+    total = 0
+    for path, unit_ns in stamp.parts:
+        number = value_at(tree, path)
+        number = number_of_text(number) if isinstance(number, str) else number
+        if isinstance(number, float):
+            exact = number * float(unit_ns)
+            ticks = int(np.rint(exact)) if abs(exact) < 9.0e18 else int(NO_STAMP)
+        elif isinstance(number, int):
+            ticks = number * unit_ns
+        else:
+            return int(NO_STAMP)
+        total += ticks
+        if not NO_STAMP < ticks <= _LATEST or not NO_STAMP < total <= _LATEST:
+            return int(NO_STAMP)
+    return total
 
 
 def number_of_text(text: str) -> float | int | None:
     """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds)."""
-    try:
-        return int(text)
-    except ValueError:
-        pass
-    try:
-        return float(text)
-    except ValueError:
-        return None
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return None
 
 
 @dataclass(frozen=True)
@@ -187,18 +182,14 @@ def impossible(quantity: str, values: FloatArray) -> BoolArray:
     Of values (k, m) in the units of the records; none are found where the unit is more likely
     wrong.
     """
-    none = np.zeros(values.shape[0], np.bool_)
-    most = LARGEST.get(quantity)
-    if most is None:
-        return none
+    most = largest(quantity)
     with np.errstate(invalid="ignore"):
         size = np.abs(values).max(axis=1, initial=0.0)
         beyond = size > most
         near = (size > _EMPTY_BELOW * most) & ~beyond
     count = int(beyond.sum())
-    if count > _MOST_IMPOSSIBLE * beyond.size or 10 * int(near.sum()) > count:
-        return none
-    return np.asarray(beyond)
+    unit_is_wrong = count > _MOST_IMPOSSIBLE * beyond.size or 10 * int(near.sum()) > count
+    return np.zeros_like(beyond) if unit_is_wrong else np.asarray(beyond)
 
 
 def validity_of(

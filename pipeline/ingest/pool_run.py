@@ -15,7 +15,6 @@ from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timing
 from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
 from pipeline.ingest.pool_run_clocks import Timing
 from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert
-from pipeline.ingest.pool_run_defaults import same_quantities
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
 from pipeline.ingest.pool_run_messages import (
@@ -35,6 +34,7 @@ from pipeline.ingest.pool_run_topics import (
     plans_of,
     requests_of,
 )
+from pipeline.ingest.quantities import same_quantities
 from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes

@@ -18,6 +18,7 @@ from pipeline.ingest.pool_run_health import (
     value_marks,
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
+from pipeline.ingest.quantities import QUANTITIES
 from pipeline.records.pool_run import ChannelRead
 from pipeline.records.run_arrays import WITHOUT_TIME, RunChannel
 from pipeline.types import BoolArray, FloatArray
@@ -57,21 +58,9 @@ def timings_of(
     return timings
 
 
-_SENSOR_OF = {
-    **dict.fromkeys(
-        ("angular_velocity", "specific_force", "attitude_quaternion", "attitude_euler"), "imu"
-    ),
-    "velocity": "dvl",
-    "velocity_earth": "dvl",
-    "depth": "depth",
-    "pressure": "depth",
-    **{one: one for one in ("position", "shaft_speed", "voltage")},
-}
-
-
 def _known_delay(plan: Plan, vehicle: Vehicle) -> float:
     """Return the age of a reading when it is logged, by the vehicle file, in seconds."""
-    sensor = getattr(vehicle.sensors, _SENSOR_OF.get(plan.quantity, ""), None)
+    sensor = getattr(vehicle.sensors, QUANTITIES[plan.quantity].sensor, None)
     return float(sensor.delay_s) if sensor is not None else 0.0
 
 
@@ -174,7 +163,9 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         unit=converted.unit,
         unit_from=plan.unit_from if told else "values",
         sign=plan.sign,
-        axes=_axes_text(plan),
+        axes=QUANTITIES[plan.quantity]
+        .axes.replace("body", plan.body_axes)
+        .replace("earth", plan.earth_axes),
         mapped_by=plan.mapped_by,
         notes=tuple(notes),
     )
@@ -223,16 +214,6 @@ def _out_of_the_mount(values: FloatArray, topic: TopicFound, vehicle: Vehicle) -
     values[:] = values @ mount.as_matrix().T
     angles = ", ".join(f"{angle:g}" for angle in sensor.rotation_deg)
     return [*scaled, f"turned into body axes by sensors: dvl: rotation_deg ({angles})"]
-
-
-def _axes_text(plan: Plan) -> str:
-    if plan.quantity in ("attitude_quaternion", "attitude_euler"):
-        return f"{plan.body_axes} to {plan.earth_axes}"
-    if plan.quantity in ("angular_velocity", "specific_force", "velocity"):
-        return plan.body_axes
-    if plan.quantity in ("position", "velocity_earth"):
-        return plan.earth_axes
-    return ""
 
 
 def _value_marks(

@@ -14,9 +14,10 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_plan import PER_THRUSTER, TopicFound
+from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
+from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.vehicle.schema import Vehicle

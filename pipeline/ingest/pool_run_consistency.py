@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
-from pipeline.ingest.message_fields import LARGEST, impossible
+from pipeline.ingest.message_fields import impossible
 from pipeline.ingest.pool_run_down import (
     depth_too_fast,
     doubtful_depths,
@@ -17,6 +17,7 @@ from pipeline.ingest.pool_run_down import (
 from pipeline.ingest.pool_run_resample import resample, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
+from pipeline.ingest.quantities import largest
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -117,7 +118,6 @@ def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
                     "Record what the accelerometer reads, or leave the channel out.",
                 )
                 continue
-        most = LARGEST.get(channel.quantity)
         high = _large(channel)
         assumed = channel.read.unit_from == "assumed"
         if channel.quantity == "angular_velocity" and assumed and high > _FAST_RADPS:
@@ -127,7 +127,7 @@ def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
                 "and no unit is stated: it looks like degrees.",
                 _CHECK_UNIT,
             )
-        if most is not None and high > most:
+        if high > largest(channel.quantity):
             unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
             yield _warn(
                 place,

@@ -1,35 +1,17 @@
 """Readings in the units and axes of the records: SNAME body, NED earth, codes, depth."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units, rest_of
-from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
+from pipeline.ingest.pool_run_plan import Plan, thrusters_named
+from pipeline.ingest.quantities import QUANTITIES
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_table import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
-COLUMNS: Mapping[str, tuple[str, ...]] = {
-    "angular_velocity": ("p_radps", "q_radps", "r_radps"),
-    "specific_force": ("fx_mps2", "fy_mps2", "fz_mps2"),
-    "attitude": ("qw", "qx", "qy", "qz"),
-    "velocity": ("vx_mps", "vy_mps", "vz_mps"),
-    "velocity_earth": ("vn_mps", "ve_mps", "vd_mps"),
-    "position": ("north_m", "east_m", "down_m"),
-    "depth": ("depth_m",),
-    "voltage": ("supply_v",),
-    "current": ("supply_a",),
-    "cable_tension": ("cable_tension_n",),
-}
-#: Quantities with a column for each thruster -> how their columns begin.
-COLUMN_OF_THRUSTER: Mapping[str, str] = {
-    "thruster_command": "command.",
-    "shaft_speed": "shaft_speed_rpm.",
-    "thrust": "thrust_n.",
-}
 #: Rows: forward, right, down of a vector in the source's axes.
 BODY = {
     "frd": np.eye(3),
@@ -95,29 +77,27 @@ def convert(
     `names` are those of the elements where the messages have them; `guessed` is the unit of
     commands that state none: where it is not given, these readings alone tell it.
     """
-    if plan.quantity in PER_THRUSTER:
+    facts = QUANTITIES[plan.quantity]
+    if facts.each:
         return _by_thruster(plan, raw, vehicle, names, guessed)
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
     if plan.quantity == "attitude_euler" and plan.unit is None and _beyond_radians(raw):
-        unit, notes = "deg", ("angles are taken for deg: they go beyond what radians can be",)
-    factor = UNITS[plan.quantity][unit]
-    scale = factor * np.array(plan.sign, float)
+        unit, notes = "deg", ["angles are taken for deg: they go beyond what radians can be"]
+    scale = UNITS[plan.quantity][unit] * np.array(plan.sign, float)
     if (scale != 1.0).any():
         raw *= scale
     if plan.quantity == "attitude_quaternion":
-        return Converted("attitude", COLUMNS["attitude"], _attitude(plan, raw), unit)
-    if plan.quantity == "attitude_euler":
-        x, y, z, w = _from_euler(raw).T
-        turned = _attitude(plan, np.stack([x, y, z, w], axis=1), order="xyzw")
-        return Converted("attitude", COLUMNS["attitude"], turned, unit, notes)
-    if plan.quantity == "pressure":
-        return _depth(plan, raw, water, unit)
-    if plan.quantity in ("angular_velocity", "specific_force", "velocity"):
+        raw = _attitude(plan, raw)
+    elif plan.quantity == "attitude_euler":
+        raw = _attitude(plan, _from_euler(raw), order="xyzw")
+    elif plan.quantity == "pressure":
+        notes += _into_depth(plan, raw, water)
+    elif facts.axes == "body":
         _turn(raw, BODY[plan.body_axes])
-    elif plan.quantity in ("position", "velocity_earth"):
+    elif facts.axes == "earth":
         _turn(raw, EARTH[plan.earth_axes])
-    return Converted(plan.quantity, COLUMNS[plan.quantity], raw, unit)
+    return Converted(facts.channel or plan.quantity, facts.columns, raw, unit, tuple(notes))
 
 
 def _beyond_radians(angles: FloatArray) -> bool:
@@ -171,7 +151,8 @@ def _from_euler(angles: FloatArray) -> FloatArray:
     )
 
 
-def _depth(plan: Plan, raw: FloatArray, water: WaterOfRun, unit: str) -> Converted:
+def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:
+    """Make depths of pressures, in place; return what was assumed."""
     notes: list[str] = []
     surface = plan.stated.surface_pressure_pa
     if surface is None:
@@ -189,7 +170,7 @@ def _depth(plan: Plan, raw: FloatArray, water: WaterOfRun, unit: str) -> Convert
         f"depth = (pressure - {surface:g} Pa) / ({water.density_kgpm3:g} kg/m3 x "
         f"{water.gravity_mps2:g} m/s2)"
     )
-    return Converted("depth", COLUMNS["depth"], raw, unit, tuple(notes))
+    return notes
 
 
 def _by_thruster(
@@ -209,7 +190,7 @@ def _by_thruster(
     if plan.quantity != "thruster_command":
         unit = plan.unit or next(iter(UNITS[plan.quantity]))
         raw *= sign * UNITS[plan.quantity][unit]
-        columns = tuple(f"{COLUMN_OF_THRUSTER[plan.quantity]}{name}" for name in thrusters)
+        columns = tuple(f"{QUANTITIES[plan.quantity].each}{name}" for name in thrusters)
         return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of)
     pwm = vehicle.pool.pwm_range
     drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}

@@ -17,13 +17,13 @@ from pipeline.ingest.message_definitions import parse_path
 from pipeline.ingest.message_fields import is_earth
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_plan import (
-    PER_THRUSTER,
     NotThereError,
     Plan,
     TopicFound,
     plan_channel,
     thrusters_named,
 )
+from pipeline.ingest.quantities import PER_THRUSTER, same_quantities
 from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
 from pipeline.vehicle.schema import Vehicle
 
@@ -70,12 +70,6 @@ RULES = tuple(
     Rule(**(one | {key: _pattern(one[key]) for key in ("topic", "but_not") if key in one}))
     for one in data_of("topics")["rules"]["by_rank"]
 )
-#: Quantities that give the same: one of them is wanted.
-_SAME = (
-    ("attitude_quaternion", "attitude_euler"),
-    ("depth", "pressure"),
-    ("velocity", "velocity_earth"),
-)
 #: What decides between topics, the topic, and the rule that it fits.
 _Candidate = tuple[tuple[bool, bool, int, int], TopicFound, Rule]
 #: A sensor writes more; a point that a person clicked on a map is written once.
@@ -87,15 +81,6 @@ _SENSORS = (
 )
 #: So many topics are read to see which of them says the truth of a quantity.
 _MOST_CANDIDATES = 4
-
-
-def same_quantities(quantity: str) -> tuple[str, ...]:
-    """Return the quantities of which one is wanted, this one among them.
-
-    >>> same_quantities("pressure"), same_quantities("voltage")
-    (('depth', 'pressure'), ('voltage',))
-    """
-    return next((pair for pair in _SAME if quantity in pair), (quantity,))
 
 
 def choose_by_default(

@@ -3,7 +3,7 @@
 Only these numbers and two times a message stay in memory, however large the log is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,17 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
-from pipeline.ingest.mcap_gather import FieldPlace, Layout, Layouts
+from pipeline.ingest.mcap_gather import Layout, Layouts
 from pipeline.ingest.message_definitions import BrokenMessageError, Path
 from pipeline.ingest.message_fields import (
     NO_STAMP,
     Stamp,
-    joined_ns,
     number_of_text,
     stamp_of,
-    ticks_ns,
+    stamps_of,
 )
-from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
+from pipeline.ingest.pool_run_codec import Codec, unpacked, value_at
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -77,9 +76,9 @@ def extract(
     for number, channel in channels.items():
         if channel.topic in expected:
             expected[channel.topic] += log.directory.counts.get(number, 0)
-    sinks = {topic: _Sink(request, expected[topic]) for topic, request in requests.items()}
+    sinks = {topic: Sink(request, expected[topic]) for topic, request in requests.items()}
     by_channel = {
-        number: (sinks[channel.topic], _Reader(codecs[number], requests[channel.topic], fast=fast))
+        number: (sinks[channel.topic], _Reader(codecs[number], fast=fast))
         for number, channel in channels.items()
         if channel.topic in requests and number in codecs
     }
@@ -93,7 +92,7 @@ def extract(
 
 
 def _in_order(
-    block: ChunkBlock, by_channel: Mapping[int, tuple["_Sink", "_Reader"]]
+    block: ChunkBlock, by_channel: Mapping[int, tuple["Sink", "_Reader"]]
 ) -> Sequence[tuple[int, Messages]]:
     """Channels of a block; those that share a topic are parted where they take turns."""
     wanted = [(number, part) for number, part in block.messages.items() if number in by_channel]
@@ -123,7 +122,7 @@ _MOST_EXPECTED = 5_000_000
 _Columns = dict[str, np.ndarray[Any, Any]]
 
 
-class _Sink:
+class Sink:
     """What was taken from a topic so far, in arrays that grow.
 
     How many messages there are is usually known: parts put together at the end would be in memory
@@ -131,7 +130,8 @@ class _Sink:
     """
 
     def __init__(self, request: Request, expected: int) -> None:
-        self._request = request
+        """Begin with room for the messages that are expected."""
+        self.request = request
         self._all, self._used = self._made(min(expected, _MOST_EXPECTED)), 0
         self.names: list[tuple[str, ...]] = []
         self.why_broken = ""
@@ -147,6 +147,20 @@ class _Sink:
         part = {name: column[begin : self._used] for name, column in self._all.items()}
         part["time_ns"][:] = log_time_ns
         return part
+
+    def fill(
+        self,
+        rows: _Columns,
+        where: IntArray | slice,
+        count: int,
+        column: Callable[[Path], npt.NDArray[Any] | None],
+    ) -> None:
+        """Fill some of the rows from numbers (k,) by their paths, None where there are none."""
+        for number, path in enumerate(self.request.numbers):
+            found = column(path)
+            rows["values"][where, number] = np.nan if found is None else found
+        if self.request.stamp is not None:
+            rows["stamp_ns"][where] = stamps_of(column, self.request.stamp, count)
 
     def name_list(self, names: tuple[str, ...]) -> int:
         """Return the number of a list of names, -1 beyond the most that are kept."""
@@ -164,16 +178,17 @@ class _Sink:
         self.why_broken = self.why_broken or why
 
     def finish(self) -> TopicData:
+        """Return all that was taken."""
         rows = {name: column[: self._used] for name, column in self._all.items()}
         names, stamps = rows.get("names"), rows.get("stamp_ns")
         own = (rows["time_ns"], rows["values"], stamps, rows["broken"])
         return TopicData(*own, self.names, names, self.why_broken)
 
     def _made(self, count: int) -> _Columns:
-        wanted = {"stamp_ns": self._request.stamp, "names": self._request.names}
+        wanted = {"stamp_ns": self.request.stamp, "names": self.request.names}
         return {
             "time_ns": np.empty(count, np.int64),
-            "values": np.empty((count, len(self._request.numbers))),
+            "values": np.empty((count, len(self.request.numbers))),
             "broken": np.zeros(count, np.bool_),
             **{name: np.empty(count, np.int64) for name, one in wanted.items() if one},
         }
@@ -182,110 +197,82 @@ class _Sink:
 class _Reader:
     """Reads the messages of one channel."""
 
-    def __init__(self, codec: Codec, request: Request, *, fast: bool) -> None:
+    def __init__(self, codec: Codec, *, fast: bool) -> None:
         self._codec = codec
-        self._request = request
         self._layouts = Layouts(codec.definition) if fast and codec.definition is not None else None
 
-    def read(self, buffer: Bytes, messages: Messages, sink: _Sink) -> None:
+    def read(self, buffer: Bytes, messages: Messages, sink: Sink) -> None:
         """Read the channel's messages of a block."""
         rows = sink.room(messages.log_time_ns)
-        if self._codec.packed and self._layouts is not None:
-            buffer, messages = _unpacked(buffer, messages)
         if self._layouts is None:
             self._read_each(buffer, messages, rows, sink)
             return
+        if self._codec.packed:
+            buffer, messages = _unpacked(buffer, messages)
         groups, faults = self._layouts.groups(buffer, messages.start, messages.size)
         for group, layout in groups:
             start = messages.start[group]
+
+            def column(
+                path: Path, layout: Layout = layout, start: IntArray = start
+            ) -> npt.NDArray[Any] | None:
+                place = layout.place(path)
+                if place is None:
+                    return None
+                return at_every_byte(buffer, place.kind)[start + place.offset]
+
             # of a block whose messages are all alike no index needs to be made
             where = slice(None) if group.size == messages.start.size else group
-            for column, path in enumerate(self._request.numbers):
-                place = layout.place(path)
-                taken = np.nan if place is None else _take(buffer, start, place)
-                rows["values"][where, column] = taken
-            if "stamp_ns" in rows:
-                rows["stamp_ns"][where] = self._gather_stamp(buffer, start, layout)
-            if "names" in rows:
-                rows["names"][where] = self._gather_names(buffer, start, layout, sink)
+            sink.fill(rows, where, start.size, column)
+            if sink.request.names is not None:
+                rows["names"][where] = _gather_names(buffer, start, layout, sink)
         for row, why in sorted(faults.items()):
             sink.break_off(rows, row, why)
 
-    def _read_each(self, buffer: Bytes, messages: Messages, rows: _Columns, sink: _Sink) -> None:
+    def _read_each(self, buffer: Bytes, messages: Messages, rows: _Columns, sink: Sink) -> None:
+        request = sink.request
         for row, (begin, size) in enumerate(
             zip(messages.start.tolist(), messages.size.tolist(), strict=True)
         ):
-            tree, why = self._decoded(buffer, begin, size)
+            tree, why = None, f"it has {size} bytes"
+            if size <= _MAX_MESSAGE_BYTES:
+                try:
+                    tree = self._codec.decode(buffer[begin : begin + size].tobytes())
+                except BrokenMessageError as error:
+                    why = str(error)
             if tree is None:
                 sink.break_off(rows, row, why)
                 continue
-            for column, path in enumerate(self._request.numbers):
+            for column, path in enumerate(request.numbers):
                 rows["values"][row, column] = _number(value_at(tree, path))
-            if self._request.stamp is not None:
-                rows["stamp_ns"][row] = stamp_of(tree, self._request.stamp)
-            if self._request.names is not None:
-                found = value_at(tree, self._request.names)
+            if request.stamp is not None:
+                rows["stamp_ns"][row] = stamp_of(tree, request.stamp)
+            if request.names is not None:
+                found = value_at(tree, request.names)
                 texts = found if isinstance(found, list) else []
                 rows["names"][row] = sink.name_list(tuple(str(text) for text in texts))
 
-    def _decoded(self, buffer: Bytes, begin: int, size: int) -> tuple[Tree | None, str]:
-        """Return a message, or None and why it cannot be decoded."""
-        if size > _MAX_MESSAGE_BYTES:
-            return None, f"it has {size} bytes"
-        try:
-            return self._codec.decode(buffer[begin : begin + size].tobytes()), ""
-        except BrokenMessageError as error:
-            return None, str(error)
 
-    def _gather_stamp(self, buffer: Bytes, start: IntArray, layout: Layout) -> IntArray:
-        stamp = self._request.stamp
-        first = None if stamp is None else layout.place(stamp.first)
-        if stamp is None or first is None:
-            return np.full(start.size, NO_STAMP)
-        numbers = _take(buffer, start, first)
-        if stamp.nanoseconds is None:
-            return ticks_ns(numbers, stamp.unit_ns)
-        second = layout.place(stamp.nanoseconds)
-        if second is None:
-            return np.full(start.size, NO_STAMP)
-        rest = ticks_ns(_take(buffer, start, second), 1)
-        return joined_ns(ticks_ns(numbers, stamp.unit_ns), rest)
-
-    def _gather_names(
-        self, buffer: Bytes, start: IntArray, layout: Layout, sink: _Sink
-    ) -> IntArray:
-        path = self._request.names or ()
-        parts: list[tuple[int, int]] = []
-        while (*path, len(parts)) in layout.texts:
-            parts.append(layout.texts[(*path, len(parts))])
-        found = np.full(start.size, -1)
-        if not parts:
-            found[:] = sink.name_list(())
-            return found
-        begin, end = parts[0][0], sum(parts[-1])
-        windows = np.ndarray(
-            (max(buffer.size - (end - begin) + 1, 0), end - begin),
-            np.uint8,
-            buffer=buffer,
-            strides=(1, 1),
-        )
-        bytes_of_names = windows[start + begin]
-        rows = np.arange(start.size)
-        for _ in range(_MOST_NAME_LISTS):
-            if not rows.size:
-                break
-            first = bytes_of_names[rows[0]]
-            texts = tuple(
-                first[at - begin : at - begin + size]
-                .tobytes()
-                .rstrip(b"\x00")
-                .decode("utf-8", errors="replace")
-                for at, size in parts
-            )
-            same = (bytes_of_names[rows] == first).all(axis=1)
-            found[rows[same]] = sink.name_list(texts)
-            rows = rows[~same]
-        return found
+def _gather_names(buffer: Bytes, start: IntArray, layout: Layout, sink: Sink) -> IntArray:
+    path = sink.request.names or ()
+    parts: list[tuple[int, int]] = []
+    while (*path, len(parts)) in layout.texts:
+        parts.append(layout.texts[(*path, len(parts))])
+    if not parts:
+        return np.full(start.size, sink.name_list(()))
+    begin, end = parts[0][0], sum(parts[-1])
+    every = at_every_byte(buffer, np.dtype(f"S{max(end - begin, 1)}"))[start + begin]
+    found, left = np.full(start.size, -1), np.arange(start.size)
+    for _ in range(_MOST_NAME_LISTS):
+        if not left.size:
+            break
+        first = every[left[0]]
+        names = [bytes(first)[at - begin : at - begin + size] for at, size in parts]
+        texts = (name.rstrip(b"\x00").decode("utf-8", errors="replace") for name in names)
+        same = every[left] == first
+        found[left[same]] = sink.name_list(tuple(texts))
+        left = left[~same]
+    return found
 
 
 def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
@@ -302,17 +289,10 @@ def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
     return whole, Messages(messages.log_time_ns, starts, sizes)
 
 
-def _take(buffer: Bytes, start: IntArray, place: FieldPlace) -> npt.NDArray[np.generic]:
-    return at_every_byte(buffer, place.kind)[start + place.offset]
-
-
 def _number(value: object) -> float:
-    if isinstance(value, bool | int | float):
-        try:
-            return float(value)
-        except OverflowError:
-            return float("nan")
     if isinstance(value, str):  # JSON has no NaN, and protobuf's JSON writes it as text
-        found = number_of_text(value)
-        return float("nan") if found is None else float(found)
-    return float("nan")
+        value = number_of_text(value)
+    try:
+        return float(value) if isinstance(value, bool | int | float) else float("nan")
+    except OverflowError:
+        return float("nan")

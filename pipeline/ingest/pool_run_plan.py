@@ -3,13 +3,14 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import Path, parse_path, path_text
 from pipeline.ingest.message_fields import Flag, Stamp, points_down, validity_of
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_extract import Request
+from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES
 from pipeline.records.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -22,8 +23,6 @@ from pipeline.records.pool_schema import (
 
 UnitFrom = Literal["vehicle file", "message", "values", "assumed"]
 Clock = Literal["header", "log", "field"]
-#: Quantities with an element for each thruster.
-PER_THRUSTER = ("thruster_command", "shaft_speed", "thrust")
 
 
 class NotThereError(ValueError):
@@ -287,28 +286,15 @@ def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[Bod
     """Axes of the readings: stated, stated by the frame's name, or usual for the message."""
     frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}"
     is_ros = "/msg/" in topic.message_type and not topic.message_type.startswith("std_msgs/")
+    body, earth, why = "flu", "enu", "as REP 103 has it"
     if not is_ros or points_down(frames):
-        body: BodyAxes = "frd"
-        earth: EarthAxes = "ned"
-        why = "stated by the frame" if is_ros else "assumed"
-    else:
-        body, earth = "flu", "enu"
-        why = "as REP 103 has it"
-    if stated.quantity in _IN_BODY | _IN_EARTH:
-        said = []
-        if stated.quantity in _IN_BODY and stated.body_axes is None:
-            said.append(f"body axes {body}")
-        if stated.quantity in _IN_EARTH and stated.earth_axes is None:
-            said.append(f"earth axes {earth}")
-        if said:
-            notes.append(f"{', '.join(said)} ({why})")
-    return stated.body_axes or body, stated.earth_axes or earth
-
-
-_IN_BODY = {
-    *("angular_velocity", "specific_force", "velocity", "attitude_quaternion", "attitude_euler")
-}
-_IN_EARTH = {"position", "velocity_earth", "attitude_quaternion", "attitude_euler"}
+        body, earth, why = "frd", "ned", "stated by the frame" if is_ros else "assumed"
+    axes = QUANTITIES[stated.quantity].axes
+    said = [f"body axes {body}"] if "body" in axes and stated.body_axes is None else []
+    said += [f"earth axes {earth}"] if "earth" in axes and stated.earth_axes is None else []
+    if said:
+        notes.append(f"{', '.join(said)} ({why})")
+    return stated.body_axes or cast("BodyAxes", body), stated.earth_axes or cast("EarthAxes", earth)
 
 
 def _stamp(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[Stamp | None, Clock | None]:

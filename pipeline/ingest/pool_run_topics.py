@@ -10,15 +10,15 @@ from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
 from pipeline.ingest.message_fields import Stamp
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
-from pipeline.ingest.pool_run_defaults import choose_by_default, same_quantities
+from pipeline.ingest.pool_run_defaults import choose_by_default
 from pipeline.ingest.pool_run_extract import Request
 from pipeline.ingest.pool_run_plan import (
-    PER_THRUSTER,
     NotThereError,
     Plan,
     TopicFound,
     plan_channel,
 )
+from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES, same_quantities
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
@@ -297,13 +297,9 @@ def _two_clocks(plans: Sequence[Plan], place: Place) -> Iterator[Problem]:
 
 def channel_name(plan: Plan) -> str:
     """Name of the channel that a plan makes: the quantity, and the thruster if it is one's own."""
-    if plan.quantity in ("attitude_quaternion", "attitude_euler"):
-        return "attitude"
-    if plan.quantity == "pressure":
-        return "depth"
     if plan.quantity in PER_THRUSTER and len(plan.thrusters) == 1 and plan.names is None:
         return f"{plan.quantity}.{plan.thrusters[0]}"
-    return plan.quantity
+    return QUANTITIES[plan.quantity].channel or plan.quantity
 
 
 def key_of(plan: Plan) -> tuple[str, str]:

@@ -166,7 +166,7 @@ def test_a_bomb_that_lies_about_its_size(workbook: Path) -> None:
     _lie_about_size(workbook, SHEET, 1000)
     with zipfile.ZipFile(workbook) as archive:
         assert archive.getinfo(SHEET).file_size == 1000  # the lie is in place
-    assert "zip bomb" in message(workbook)
+    assert "cannot be unpacked" in message(workbook)
 
 
 def test_a_small_lie_is_damage(workbook: Path) -> None:
