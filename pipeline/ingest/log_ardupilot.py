@@ -1,19 +1,17 @@
 """Logs of ArduPilot: ``*.BIN`` (data flash) and ``*.tlog`` (MAVLink), read by pymavlink."""
 
-import io
 import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, redirect_stdout
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, unreadable, usual_channels
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, read_recording
 from pipeline.ingest.mcap_records import LATEST_NS
 from pipeline.types import IntArray
 
@@ -29,20 +27,7 @@ def read_bin(path: Path, shown_as: str) -> TableLog:
 
     Raises `InputError` if it is no such log, or holds no messages.
     """
-    place = Place(shown_as)
-    size = _size(path, place)
-    try:
-        from pymavlink import DFReader
-
-        with redirect_stdout(io.StringIO()), _no_stderr():
-            reader = DFReader.DFReader_binary(str(path))
-        with closing(reader):
-            tables = _tables_of_bin(reader)
-    except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        raise _unreadable(place, error) from None
-    facts = LogFacts(place, size, size, writer="ArduPilot", recorder="the usual map of ArduSub")
-    facts.usual = usual_channels("ardupilot_bin")
-    return TableLog(tables, facts)
+    return read_recording(path, shown_as, "ardupilot_bin", "ArduPilot", _tables_of_bin)
 
 
 @contextmanager
@@ -59,7 +44,16 @@ def _no_stderr() -> Iterator[None]:
         os.close(kept)
 
 
-def _tables_of_bin(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavlink
+def _tables_of_bin(path: Path, _facts: LogFacts) -> dict[str, TopicTable]:
+    from pymavlink import DFReader
+
+    with _no_stderr():
+        reader = DFReader.DFReader_binary(str(path))
+    with closing(reader):
+        return _tables_of(reader)
+
+
+def _tables_of(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavlink
     data = np.frombuffer(reader.data_map, np.uint8)
     raw: dict[str, dict[str, npt.NDArray[Any]]] = {}
     instances: dict[str, str] = {}
@@ -73,13 +67,19 @@ def _tables_of_bin(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of py
             if form.instance_field is not None or usual:
                 instances[form.name] = form.instance_field or usual[0]
     base_ns = _gps_base_ns(raw.get("GPS"))
-    motors = _motor_outputs(raw.get("PARM"))
+    parameters = raw.get("PARM", {})
+    names = (
+        [bytes(name).rstrip(b"\0").decode("ascii", "replace") for name in parameters["Name"]]
+        if ({"Name", "Value"} <= set(parameters))
+        else []
+    )
     tables: dict[str, TopicTable] = {}
     for name, columns in raw.items():
         time_ns = columns["TimeUS"].astype(np.int64) * 1000 + base_ns
         numbers = {key: one for key, one in columns.items() if one.dtype.kind in "iuf"}
         if name == "RCOU":
-            numbers["motors"] = _side_by_side(numbers, motors or _outputs(numbers, "C"), "C{}")
+            values = parameters["Value"].tolist() if names else ()
+            numbers["motors"] = _motors(numbers, names, values, "C{}")
         field = instances.get(name)
         if field is None or field not in numbers:
             tables[name] = TopicTable(time_ns, numbers, name)
@@ -129,32 +129,25 @@ def _gps_base_ns(gps: Mapping[str, npt.NDArray[Any]] | None) -> int:
     return seconds * 10**9 + time_ms * 10**6 - int(gps["TimeUS"][known[0]]) * 1000
 
 
-def _motor_outputs(parameters: Mapping[str, npt.NDArray[Any]] | None) -> list[int]:
-    """Return the outputs of motors 1, 2, ... as SERVOn_FUNCTION has them; none where not told."""
-    if parameters is None or not {"Name", "Value"} <= set(parameters):
-        return []
-    names = [bytes(name).rstrip(b"\0").decode("ascii", "replace") for name in parameters["Name"]]
-    return _by_function(zip(names, parameters["Value"].tolist(), strict=True))
+def _motors(
+    columns: Mapping[str, npt.NDArray[Any]],
+    parameters: Sequence[str],
+    values: Sequence[float],
+    name: str,
+) -> npt.NDArray[Any]:
+    """Put the outputs of motors 1, 2, ... side by side (k, motors).
 
-
-def _by_function(parameters: Any) -> list[int]:  # noqa: ANN401  pairs of name and value
+    Parameters SERVOn_FUNCTION say which these are; else all outputs are taken in their order.
+    """
     found: dict[int, int] = {}
-    for name, value in parameters:
-        match = re.fullmatch(r"SERVO(\d+)_FUNCTION", name)
+    for parameter, value in zip(parameters, values, strict=False):
+        match = re.fullmatch(r"SERVO(\d+)_FUNCTION", parameter)
         if match is not None and int(value) in _MOTORS:
             found[_MOTORS[int(value)]] = int(match[1])
-    return [found[motor] for motor in sorted(found)]
-
-
-def _outputs(columns: Mapping[str, npt.NDArray[Any]], begin: str, end: str = "") -> list[int]:
-    matches = [re.fullmatch(rf"{begin}(\d+){end}", name) for name in columns]
-    return sorted(int(match[1]) for match in matches if match is not None)
-
-
-def _side_by_side(
-    columns: Mapping[str, npt.NDArray[Any]], numbers: Sequence[int], name: str
-) -> npt.NDArray[Any]:
-    there = [columns[name.format(one)] for one in numbers if name.format(one) in columns]
+    matches = [re.fullmatch(name.format(r"(\d+)"), column) for column in columns]
+    every = sorted(int(match[1]) for match in matches if match is not None)
+    outputs = [found[motor] for motor in sorted(found)] or every
+    there = [columns[name.format(one)] for one in outputs if name.format(one) in columns]
     return np.stack(there, axis=1) if there else np.zeros((0, 0))
 
 
@@ -163,17 +156,13 @@ def read_tlog(path: Path, shown_as: str) -> TableLog:
 
     Raises `InputError` if it holds no messages of a vehicle.
     """
-    place = Place(shown_as)
-    size = _size(path, place)
-    try:
-        with redirect_stdout(io.StringIO()):
-            parts = _messages_of_tlog(path)
-    except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        raise _unreadable(place, error) from None
-    tables = {name: _table_of_tlog(name, *part, parts) for name, part in parts.items()}
-    facts = LogFacts(place, size, size, writer="MAVLink", recorder="the usual map of ArduSub")
-    facts.usual = usual_channels("ardupilot_tlog")
-    return TableLog(tables, facts)
+    return read_recording(path, shown_as, "ardupilot_tlog", "ArduPilot", _tables_of_tlog)
+
+
+def _tables_of_tlog(path: Path, facts: LogFacts) -> dict[str, TopicTable]:
+    facts.writer = "MAVLink"
+    parts = _messages_of_tlog(path)
+    return {name: _table_of_tlog(name, *part, parts) for name, part in parts.items()}
 
 
 _Part = tuple[list[int], dict[str, list[Any]]]
@@ -214,33 +203,12 @@ def _table_of_tlog(
     columns: dict[str, npt.NDArray[Any]] = {}
     for name, values in fields.items():
         if len(values) == len(times) and isinstance(values[0], int | float | list):
-            try:
+            with suppress(ValueError):
                 column = np.array(values)
-            except ValueError:
-                continue
-            if column.dtype.kind in "iuf":
-                columns[name] = column
+                if column.dtype.kind in "iuf":
+                    columns[name] = column
     if kind == "SERVO_OUTPUT_RAW":
-        names = parts.get("PARAM_VALUE", ([], {}))[1]
-        motors = _by_function(
-            zip(map(str, names.get("param_id", ())), names.get("param_value", ()), strict=False)
-        )
-        outputs = motors or _outputs(columns, "servo", "_raw")
-        columns["motors"] = _side_by_side(columns, outputs, "servo{}_raw")
+        own = parts.get("PARAM_VALUE", ([], {}))[1]
+        names, told = list(map(str, own.get("param_id", ()))), own.get("param_value", ())
+        columns["motors"] = _motors(columns, names, told, "servo{}_raw")
     return TopicTable(np.array(times, np.int64), columns, kind)
-
-
-def _size(path: Path, place: Place) -> int:
-    try:
-        with path.open("rb") as file:
-            size = file.seek(0, 2)
-    except OSError as error:
-        raise _unreadable(place, error.strerror or error) from None
-    if size == 0:
-        raise InputError.at(place, "the file is empty.", remedy="Copy the log again.")
-    return size
-
-
-def _unreadable(place: Place, why: object) -> InputError:
-    expected = "a data-flash log (*.BIN) or a telemetry log (*.tlog)."
-    return unreadable(place, "ArduPilot", why, expected)

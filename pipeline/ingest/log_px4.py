@@ -1,65 +1,50 @@
 """Logs of PX4: ``*.ulg``, read by pyulog."""
 
-import io
 import re
 from collections.abc import Mapping
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import Place
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, unreadable, usual_channels
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, read_recording
 
 _ELEMENT = re.compile(r"(.*?)\[(\d+)\](.*)")
 _MOST_ELEMENTS = 64
 
 
 def read_ulg(path: Path, shown_as: str) -> TableLog:
-    """Read a ULog file.
+    """Read a ULog file; raises `InputError` if it is none, or cannot be read."""
+    return read_recording(path, shown_as, "px4", "PX4", _tables)
 
-    Raises `InputError` if it is none, or cannot be read.
-    """
-    place = Place(shown_as)
-    try:
-        from pyulog import ULog
 
-        # the library leaves a file open that it cannot read, and prints what it thinks
-        with path.open("rb") as file, redirect_stdout(io.StringIO()):
-            log = ULog(file)
-        size = path.stat().st_size
-    except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        raise unreadable(place, "PX4", error, "a ULog file (*.ulg).") from None
+def _tables(path: Path, facts: LogFacts) -> dict[str, TopicTable]:
+    from pyulog import ULog
+
+    with path.open("rb") as file:  # the library leaves a file open that it cannot read
+        log = ULog(file)
+    if log.file_corruption:
+        facts.complete = False
+        what = "the log is damaged: what could be read was read, and the rest left out."
+        facts.problems.append(facts.place.warning(what))
     base_ns = _base_ns(log)
-    tables = {
+    return {
         (one.name if one.multi_id == 0 else f"{one.name}[{one.multi_id}]"): TopicTable(
-            one.data["timestamp"].astype(np.int64) * 1000 + base_ns,
-            _columns(one.data),
-            one.name,
+            one.data["timestamp"].astype(np.int64) * 1000 + base_ns, _columns(one.data), one.name
         )
         for one in log.data_list
         if "timestamp" in one.data
     }
-    facts = LogFacts(place, size, size, writer="PX4", recorder="the usual map of PX4")
-    if log.file_corruption:
-        facts.complete = False
-        what = "the log is damaged: what could be read was read, and the rest left out."
-        facts.problems.append(place.warning(what))
-    facts.usual = usual_channels("px4")
-    return TableLog(tables, facts)
 
 
 def _base_ns(log: Any) -> int:  # noqa: ANN401  of pyulog
     """Return the time since 1970 at which the board was started [ns]; 0 where no GPS tells."""
     for one in log.data_list:
-        utc = one.data.get("time_utc_usec")
-        if (utc is not None and one.name.endswith("gps_position")) or utc is not None:
-            known = np.flatnonzero(utc > 0)
-            if known.size:
-                first = known[0]
-                return (int(utc[first]) - int(one.data["timestamp"][first])) * 1000
+        known = np.flatnonzero(one.data.get("time_utc_usec", np.zeros(0)) > 0)
+        if known.size:
+            utc, board = (one.data[name][known[0]] for name in ("time_utc_usec", "timestamp"))
+            return (int(utc) - int(board)) * 1000
     return 0
 
 

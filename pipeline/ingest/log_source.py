@@ -4,8 +4,10 @@ Two kinds: files of messages (`MessageLog`: MCAP, bags of ROS 1 and 2), which ar
 block, and recordings whose tables are read as a whole (`TableLog`: ArduPilot, PX4, tables in time).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -40,20 +42,6 @@ class LogFacts:
     problems: list[Problem] = field(default_factory=list)
     recorder: str = ""
     usual: tuple[PoolChannel, ...] = ()
-
-
-def usual_channels(recorder: str) -> tuple[PoolChannel, ...]:
-    """Return the channels that are usual for a recorder, the likeliest first."""
-    return tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[recorder])
-
-
-def unreadable(place: Place, recorder: str, why: object, expected: str) -> InputError:
-    """Return the error for a log that its library cannot read; `why` is what that says."""
-    said = " ".join(str(why).split())[:200] or type(why).__name__
-    if isinstance(why, ImportError):
-        said = "pyulog is not installed" if recorder == "PX4" else "pymavlink is not installed"
-    what = f"the log of {recorder} cannot be read ({said})."
-    return InputError.at(place, what, expected=expected, remedy="Copy it from the vehicle again.")
 
 
 class MessageLog:
@@ -165,6 +153,44 @@ class TableLog:
     def facts(self) -> LogFacts:
         """Say what is known of it."""
         return replace(self._facts)
+
+
+def read_recording(
+    path: Path,
+    shown_as: str,
+    usual: str,
+    of: str,
+    tables_of: Callable[[Path, LogFacts], Mapping[str, TopicTable]],
+) -> TableLog:
+    """Read a recording by its library; whatever that makes of damaged bytes becomes an error.
+
+    `usual` is its map in ``recorders.toml``, `of` whose log it is, and `tables_of` gives its tables
+    by topic. Raises `InputError`.
+    """
+    place = Place(shown_as)
+    channels = tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[usual])
+    try:
+        size = path.stat().st_size
+        named = "PX4" if of == "PX4" else "ArduSub"
+        facts = LogFacts(place, size, size, writer=of, recorder=f"the usual map of {named}")
+        facts.usual = channels
+        with redirect_stdout(StringIO()):
+            tables = tables_of(path, facts) if size else {}
+    except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
+        said = " ".join(str(error).split())[:200] or type(error).__name__
+        if isinstance(error, ImportError):
+            said = f"{'pyulog' if of == 'PX4' else 'pymavlink'} is not installed"
+        raise InputError.at(
+            place,
+            f"the log of {of} cannot be read ({said}).",
+            expected="a ULog file (*.ulg)."
+            if of == "PX4"
+            else "a data-flash log (*.BIN) or a telemetry log (*.tlog).",
+            remedy="Copy it from the vehicle again.",
+        ) from None
+    if not size:
+        raise InputError.at(place, "the file is empty.", remedy="Copy the log again.")
+    return TableLog(tables, facts)
 
 
 LogSource = MessageLog | TableLog
