@@ -89,18 +89,22 @@ def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
         _check_directory(entries, place, limits)
         for entry in entries:
             content = _unpack_member(packed, entry, place, limits)
-            why = ""
+            part = entry.filename[:80]
             if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
                 members[entry.filename.lower()] = content
                 if _DECLARATION.search(content) is not None:
-                    why = "declares a document type or entities"
+                    raise _refused(
+                        place,
+                        f'its part "{part}" declares a document type or entities, which no '
+                        "spreadsheet program writes; it was not read.",
+                    )
             elif _HIDDEN_XML.search(content) is not None:
                 # the reader passes over what stands before the first tag, the limits must not
-                why = "holds cells and does not begin as XML does"
-            if why:
-                part = entry.filename[:80]
-                what = f'its part "{part}" {why}, which no spreadsheet program writes; it was not '
-                raise _refused(place, f"{what}read.")
+                raise _refused(
+                    place,
+                    f'its part "{part}" holds cells and does not begin as XML does, which no '
+                    "spreadsheet program writes; it was not read.",
+                )
     return Archive(frozenset(entry.filename.lower() for entry in entries), members)
 
 

@@ -171,15 +171,15 @@ def read_recording(
     channels = tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[usual])
     try:
         size = path.stat().st_size
-        named = "PX4" if of == "PX4" else "ArduSub"
-        facts = LogFacts(place, size, size, writer=of, recorder=f"the usual map of {named}")
+        usual_map = "the usual map of PX4" if of == "PX4" else "the usual map of ArduSub"
+        facts = LogFacts(place, size, size, writer=of, recorder=usual_map)
         facts.usual = channels
         with redirect_stdout(StringIO()):
             tables = tables_of(path, facts) if size else {}
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
         said = " ".join(str(error).split())[:200] or type(error).__name__
         if isinstance(error, ImportError):
-            said = f"{'pyulog' if of == 'PX4' else 'pymavlink'} is not installed"
+            said = "pyulog is not installed" if of == "PX4" else "pymavlink is not installed"
         raise InputError.at(
             place,
             f"the log of {of} cannot be read ({said}).",
