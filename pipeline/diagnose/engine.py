@@ -22,17 +22,15 @@ from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.kinematics.instruments import instrument_errors
 from pipeline.diagnose.preconditions import check_preconditions
 from pipeline.diagnose.regression.answer import against_sound
-from pipeline.diagnose.regression.gained import gained_of
+from pipeline.diagnose.regression.gained import gained_of, with_dead_thruster
 from pipeline.diagnose.regression.known import LEAST_SOUND, Reference, reference_of
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
-from pipeline.diagnose.tell.dead_thruster import with_dead_thruster
-from pipeline.diagnose.tell.gains import told_gains
 from pipeline.diagnose.tell.record import record_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.thruster_gains import gains_of
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import DiagnosisRecord, Gain
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
@@ -255,3 +253,19 @@ def _size_of(run: RunTable) -> tuple[float, ...]:
     first = float(np.nansum(np.abs(run.values.get("command", np.zeros(1)))))
     others = (float(np.nansum(np.abs(run.values[name]))) for name in sorted(run.values))
     return float(run.time_s.size), first, *others
+
+
+def told_gains(gains: ThrusterGains) -> tuple[Gain, ...]:
+    """Return the gains that the runs tell, on axes that the thruster moves."""
+    return tuple(
+        Gain(
+            run=one.run,
+            thruster=one.thruster,
+            axis=one.axis,
+            value=one.value,
+            ci95=one.ci95,
+            reference=None if one.reference is None else one.reference.mean,
+        )
+        for one in gains.gains
+        if one.judged and one.moves and one.value is not None and one.ci95 is not None
+    )

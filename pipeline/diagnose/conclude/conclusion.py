@@ -1,20 +1,35 @@
 """From weighed answers to what is said: each rule on the gap that is left, in its order."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from pipeline.diagnose.conclude.after_all import explained_after_all
-from pipeline.diagnose.conclude.consequences import Consequence, consequence
-from pipeline.diagnose.conclude.gap_left import by_gap_left, gaps_left
+from pipeline.diagnose.conclude.consequences import Ahead, Consequence, consequence
+from pipeline.diagnose.conclude.gap_left import by_gap_left, gaps_left, ratios_left
 from pipeline.diagnose.conclude.gap_seen import GapSeen
 from pipeline.diagnose.inference.answer import Answers, Candidate, effect_count, equals
+from pipeline.diagnose.judging.hypotheses import Finding
+from pipeline.diagnose.judging.nil import matters
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
+from pipeline.diagnose.rules.decision import (
+    CLEAR_GAP,
+    HEALTHY_GAP,
+    Decided,
+    decide,
+    for_the_gap,
+    with_gap,
+)
 from pipeline.diagnose.rules.helping import demote_without_heldout_gain
 from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
+from pipeline.errors import CannotComputeError
+
+#: Single effects and pairs that are looked at.
+_SINGLES, _PAIRS = 3, 2
+#: Share of the probability of `unknown` that goes to what explains the runs.
+_PASSED_ON = 0.9
 
 
 @dataclass(frozen=True)
@@ -134,3 +149,64 @@ def _beside_none(said: Decided) -> tuple[Share, ...]:
         if one.name not in {NONE, UNKNOWN} and set(one.name.split("+")) <= set(said.ambiguous):
             return said.ranking[number:]
     return ()
+
+
+def explained_after_all(found: Search, ahead: Ahead, answered: Answers) -> Answers:
+    """Let the strongest effect that closes a clear gap go before `unknown`, where that is first.
+
+    Parameters
+    ----------
+    found : Search
+        As it ended.
+    ahead : Ahead
+        What is predicted without any answer.
+    answered : Answers
+        The answers in order.
+    """
+    first = answered.ranking[0]
+    if first.name != UNKNOWN or _gap(ahead, found, None) < CLEAR_GAP:
+        return answered
+    # answers count from the best without any effect
+    nothing = max(one.nothing for one in found.judged if one.level.ordinary)
+    for finding in _strongest(found, first):
+        one = Candidate(
+            "+".join(finding.effects),
+            first.probability * _PASSED_ON,
+            first.judged.nothing + finding.log_evidence - nothing,
+            finding,
+            first.judged,
+        )
+        if _gap(ahead, found, one) <= HEALTHY_GAP:
+            return _before_unknown(answered, one)
+    return answered
+
+
+def _before_unknown(answered: Answers, one: Candidate) -> Answers:
+    unknown, *others = answered.ranking
+    left = replace(unknown, probability=unknown.probability - one.probability)
+    known = answered.of(one.name)
+    if known is not None:
+        one = replace(one, probability=one.probability + known.probability)
+    rows = [one, left, *(other for other in others if other.name != one.name)]
+    return replace(
+        answered, ranking=tuple(sorted(rows, key=lambda row: (-row.probability, row.name)))
+    )
+
+
+def _strongest(found: Search, unknown: Candidate) -> Iterator[Finding]:
+    """Effects, then pairs, that are strongest under the force that was needed."""
+    judged, coordinates = unknown.judged, found.setting.coordinates
+    for some, most in ((judged.singles, _SINGLES), (judged.pairs, _PAIRS)):
+        ordered = sorted(some, key=lambda one: -one.log_evidence)
+        counted = [one for one in ordered if one.which and matters(one, found.reach, coordinates)]
+        yield from counted[:most]
+
+
+def _gap(ahead: Ahead, found: Search, one: Candidate | None) -> float:
+    """Gap over the healthy floor on the chosen windows, over all channels."""
+    try:
+        ratios = ratios_left(found, ahead, one)
+    except CannotComputeError:
+        # no vehicle can be that
+        return math.inf
+    return math.sqrt(sum(value**2 for value in ratios.values()) / max(len(ratios), 1))

@@ -11,7 +11,7 @@ from pipeline.diagnose.inference.approach import approach
 from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.held_out import checked
 from pipeline.diagnose.inference.margins import cautious
-from pipeline.diagnose.inference.own_values import with_own_values
+from pipeline.diagnose.inference.own_point import with_own_values
 from pipeline.diagnose.inference.refine import Refined, possible_alone, refined, that_depart
 from pipeline.diagnose.judging.search import Near, Search, ordinary_prior, search
 from pipeline.diagnose.linear.linear_model import Setting, vector_of

@@ -18,14 +18,14 @@ from scipy.special import log_ndtr, logsumexp
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
-from pipeline.diagnose.regression.gained import Gained
+from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
 from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
 NONE, UNKNOWN = "none", "unknown"
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
-_NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
+_NOTHING, _TWO = 0.6, 0.05
 #: Of a force that comes and goes, as probable beside any change as alone.
 _COMES_AND_GOES = 0.025
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
@@ -173,7 +173,7 @@ def weighed(
     strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
     )
-    rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO - _COMES_AND_GOES))
+    rest = float(np.log(1.0 - _NOTHING - PRIOR_OF_ONE - _TWO - _COMES_AND_GOES))
     every.append(Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE))
     logs = np.array([one.probability for one in every])
     shares = np.exp(logs - logs.max())
@@ -228,7 +228,7 @@ def _hypotheses(
         seen = [k for k in members if any(one.information[k, k] > 0.0 for one in told)]
         if not seen:
             continue
-        prior = float(np.log(_ONE * share))
+        prior = float(np.log(PRIOR_OF_ONE * share))
         one_each = prior - float(np.log(len(members) if len(members) == 1 else 2 * len(members)))
         own = [_change(runs, (k,), directions, one_each) for k in seen]
         own += _by_gains(directions, members[0], prior, gained)
@@ -262,23 +262,12 @@ def _by_gains(
     for one in gained:
         if direction.effect.id != "thruster_degraded" or direction.target != one.thruster:
             continue
-        value = _log_bound(one.p_value) - prior + float(np.log(_ONE))
+        value = log_bound(one.p_value) - prior + float(np.log(PRIOR_OF_ONE))
         mean = (one.value - direction.parameter.neutral) / direction.unit_size
         half = (one.ci95[1] - one.ci95[0]) / 2.0 / 1.96 / direction.unit_size
         size = np.array([mean]), np.array([half])
         found.append(Change(_name(direction), (k,), one.runs, value, value + prior, *size))
     return found
-
-
-def odds_of_test(p_value: float) -> float:
-    """Odds that what a test found is there, with the prior of one change."""
-    return _ONE / (1.0 - _ONE) * float(np.exp(_log_bound(p_value)))
-
-
-def _log_bound(p_value: float) -> float:
-    """Log evidence of a test: no more than -1 / (e p ln p) to one (Sellke and others 2001)."""
-    p = float(np.clip(p_value, 1e-12, 0.3))
-    return -1.0 - float(np.log(-p * np.log(p)))
 
 
 def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], float]]:
@@ -326,7 +315,7 @@ def _change(
 
 def _pair(runs: _Runs, first: Change, second: Change) -> Change:
     """Two effects at once, in the runs that carry either."""
-    prior = float(np.log(_TWO / _ONE**2))
+    prior = float(np.log(_TWO / PRIOR_OF_ONE**2))
     prior += sum(one.probability - one.evidence for one in (first, second))
     which = (*first.which, *second.which)
     own = tuple(sorted({*first.runs, *second.runs}))

@@ -11,7 +11,7 @@ from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen
 from pipeline.diagnose.conclude.where import where_told
 from pipeline.diagnose.gap.channel_gaps import shown_channels
 from pipeline.diagnose.gap.forecast import AHEAD_S
-from pipeline.diagnose.gap.regime_gaps import regime_gaps
+from pipeline.diagnose.gap.regimes import regime_gaps
 from pipeline.diagnose.gap.series import series_of
 from pipeline.diagnose.inference.answer import Answers
 from pipeline.diagnose.inference.verdict import ranking_of
@@ -20,9 +20,8 @@ from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.weighing import UNKNOWN
 from pipeline.diagnose.tell.next_run import next_run
-from pipeline.diagnose.tell.notes import notes_on
+from pipeline.diagnose.tell.notes import notes_on, stages_told
 from pipeline.diagnose.tell.sentence import sentence
-from pipeline.diagnose.tell.stages import stages_told
 from pipeline.records.diagnosis import (
     VELOCITIES,
     ChannelNoiseCheck,

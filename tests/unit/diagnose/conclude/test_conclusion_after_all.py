@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from diagnosis_cases import index_of, small_coordinates
 
-from pipeline.diagnose.conclude import after_all
-from pipeline.diagnose.conclude.after_all import explained_after_all
+from pipeline.diagnose.conclude import conclusion
+from pipeline.diagnose.conclude.conclusion import explained_after_all
 from pipeline.diagnose.conclude.consequences import Ahead
 from pipeline.diagnose.inference.answer import Answers, Candidate
 from pipeline.diagnose.judging.hypotheses import Finding
@@ -45,7 +45,7 @@ def looked_at(
     def ratios(_found: Search, _ahead: Ahead, one: Candidate | None) -> dict[str, float]:
         return {"u": before if one is None else after.get(one.name, before)}
 
-    monkeypatch.setattr(after_all, "ratios_left", ratios)
+    monkeypatch.setattr(conclusion, "ratios_left", ratios)
     unknown = Candidate("unknown", 0.98, 5000.0, singles[0], judged)
     others = (
         Candidate("residual_buoyancy", 0.01, 10.0, singles[0], judged),

@@ -3,9 +3,7 @@
 import diagnosis_records
 import pytest
 
-from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.weigh import odds_of_test
-from pipeline.diagnose.tell.dead_thruster import with_dead_thruster
+from pipeline.diagnose.regression.gained import Gained, odds_of_test, with_dead_thruster
 from pipeline.records.diagnosis import Detail, DiagnosisRecord, Verdict
 
 DEAD = Gained("upper", (0,), 0.02, (-0.05, 0.09), 1e-4)

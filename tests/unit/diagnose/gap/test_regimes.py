@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.diagnose.gap.forecast import Forecast
-from pipeline.diagnose.gap.regime_gaps import regime_gaps
-from pipeline.diagnose.gap.regimes import Regressor
+from pipeline.diagnose.gap.regimes import Regressor, regime_gaps
 
 
 def test_a_gap_that_grows_with_depth_shows_in_the_deepest_third() -> None:

@@ -9,7 +9,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.inference import infer
-from pipeline.diagnose.inference.own_values import ahead
+from pipeline.diagnose.inference.own_point import ahead
 from pipeline.diagnose.judging.search import Near
 from pipeline.diagnose.linear.linear_model import Setting
 
