@@ -6,7 +6,7 @@ velocity from the other runs; the learned one by its regression, a linear black 
 without squares and products.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -96,39 +96,46 @@ def _table(errors: Mapping[tuple[Method, str, float], list[FloatArray]]) -> list
 
 
 def error_ahead(response: Response) -> float:
-    """Return by how much a response is off of runs left out: log of its errors, all quantities."""
-    squares: dict[str, list[FloatArray]] = {}
+    """Return by how much a response is off of runs left out: mean log of its errors, all ways."""
+    squares: dict[tuple[str, float], list[FloatArray]] = {}
     for left, run in enumerate(response.runs):
-        found = _followed(_by_response(response, left), run, _starts(run), AHEAD_S[:1])[AHEAD_S[0]]
-        for c, name in enumerate(run.channels):
-            quantity = "velocity" if name in CHANNELS[:3] else "angular_velocity"
-            squares.setdefault(quantity, []).append(found[:, c] ** 2)
-    means = [float(np.mean(np.concatenate(one))) for one in squares.values()]
-    return float(np.sum(np.log(np.maximum(means, 1e-24)))) / 2.0
+        followed = _followed(_by_response(response, left), run, _starts(run), AHEAD_S)
+        for ahead_s, found in followed.items():
+            for c, name in enumerate(run.channels):
+                quantity = "velocity" if name in CHANNELS[:3] else "angular_velocity"
+                squares.setdefault((quantity, ahead_s), []).append(found[:, c] ** 2)
+    every = [np.concatenate(one) for one in squares.values()]
+    means = [float(np.mean(one)) for one in every if one.size]
+    return float(np.mean(np.log(np.maximum(means, 1e-24)))) / 2.0
 
 
 def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
     """Say whether the learned response decides: whether it predicts better than the file.
 
-    Judged by the shortest way ahead, over which errors of force count and drift does not.
+    Judged by all ways ahead alike: what is better over a second and then runs away is no model of
+    the vehicle.
     """
-    own = {row.quantity: row.rmse for row in table if _first(row, "reference")}
-    file = {row.quantity: row.rmse for row in table if _first(row, "vehicle file")}
-    both = [name for name in own if file.get(name, 0.0) > 0.0]
-    if not both:
+    file = {(row.quantity, row.ahead_s): row.rmse for row in table if row.method == "vehicle file"}
+    ratios: dict[float, list[float]] = {}
+    for row in table:
+        other = file.get((row.quantity, row.ahead_s), 0.0)
+        if row.method == "reference" and other > 0.0:
+            ratios.setdefault(row.ahead_s, []).append(float(np.log(row.rmse / other)))
+    if not ratios:
         return False, "no velocity and no rate could be predicted of what was left out."
-    ratio = float(np.exp(np.mean([np.log(own[name] / file[name]) for name in both])))
+    by_way = {ahead_s: float(np.exp(np.mean(one))) for ahead_s, one in sorted(ratios.items())}
     told = (
-        f"on sound runs that were left out its error {AHEAD_S[0]:g} s ahead is {ratio:.2f} times "
-        "that of the vehicle file"
+        f"on sound runs that were left out its error {_list(f'{way:g}' for way in by_way)} s ahead "
+        f"is {_list(f'{one:.2f}' for one in by_way.values())} times that of the vehicle file"
     )
-    if ratio < 1.0:
+    if float(np.prod(list(by_way.values()))) < 1.0:
         return True, f"{told}."
     return False, f"{told}, which is no better."
 
 
-def _first(row: Prediction, method: Method) -> bool:
-    return row.method == method and row.ahead_s == AHEAD_S[0]
+def _list(words: Iterable[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _starts(run: GridRun) -> IntArray:

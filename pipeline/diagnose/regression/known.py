@@ -20,7 +20,6 @@ from pipeline.diagnose.regression.held_out import (
 )
 from pipeline.diagnose.regression.offset import (
     Offset,
-    no_offset,
     offset_of,
     without_offset,
 )
@@ -130,10 +129,8 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         if trusted
         else max(found, key=lambda one: one[1].trusted)
     )
-    offset = no_offset(sound)
-    if not response.learned:  # a response that was learned as a whole has learned its readings
-        offset = offset_of(sound, ordinary.share)
-        ordinary = ordinary_of(without_offset(sound, ordinary.share), directions, stated)
+    offset = offset_of(sound, ordinary.share)
+    ordinary = ordinary_of(without_offset(sound, ordinary.share), directions, stated)
     table = predictions(response, files)
     used, why = decides(table)
     return Reference(directions, response, offset, stated, ordinary, table, used, why)

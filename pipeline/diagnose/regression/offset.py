@@ -2,10 +2,11 @@
 
 The file's motion, begun from smoothed and noisy readings, is biased: they answer a force later and
 less than the vehicle does, and the acceleration that a heavier vehicle would resist has their
-noise. Sound runs that took no part then all seem to have the same change, and so does any other.
-What they share is no change. It is taken off, channel by channel, with the error that it is known
-to. In which directions, and how wide, is chosen one after the other, as long as each sound run is
-predicted from the others clearly better by it; where they share nothing, nothing is taken off.
+noise. So is what a ridge learned from few runs. Sound runs that took no part then all seem to have
+the same change, and so does any other. What they share is no change. It is taken off, channel by
+channel, with the error that it is known to. In which directions, and how wide, is chosen one after
+the other, as long as each sound run is predicted from the others clearly better by it; where they
+share nothing, nothing is taken off.
 """
 
 from collections.abc import Sequence
@@ -77,12 +78,6 @@ def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
                 break
             variance[c, found[0]] = found[1]
     return _told_by(sound, share, variance)
-
-
-def no_offset(sound: Sequence[Told]) -> Offset:
-    """Return the offset of a response that is off by nothing."""
-    shape = sound[0].score_by_channel.shape
-    return _told_by(sound, np.ones(shape[0]), np.zeros(shape))
 
 
 def without_offset(sound: Sequence[Told], share: FloatArray) -> list[Told]:

@@ -335,11 +335,6 @@ class Response:
         return Told(information, score, thrust)
 
     @property
-    def learned(self) -> bool:
-        """Whether velocities stay as they are before the runs are seen."""
-        return self._mean is stays
-
-    @property
     def force(self) -> FloatArray:
         """Change of the next velocities by a newton, of all runs; see `force_of`."""
         return self.force_of(self._of_all.slope)

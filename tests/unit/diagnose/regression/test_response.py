@@ -108,6 +108,19 @@ def test_the_model_that_predicts_better_decides(own: float, file: float, *, chos
     assert not decides(table[:1])[0]
 
 
+def test_what_runs_away_is_no_model_of_the_vehicle() -> None:
+    table = tuple(
+        Prediction(
+            method=method, quantity="velocity", unit="m/s", ahead_s=ahead, rmse=rmse, readings=9
+        )
+        for method, errors in (("reference", (0.05, 5.0, 9.0)), ("vehicle file", (0.1, 0.1, 0.1)))
+        for ahead, rmse in zip((1.0, 3.0, 6.0), errors, strict=True)
+    )
+    used, why = decides(table)
+    assert not used
+    assert "1, 3 and 6 s ahead is 0.50, 50.00 and 90.00 times that of the vehicle file" in why
+
+
 def test_a_constant_that_all_runs_have_is_not_held_against_a_model() -> None:
     runs = [flown(seed) for seed in range(2)]
 
@@ -127,7 +140,7 @@ def as_known(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray)
 
 def test_a_vehicle_that_is_as_its_file_is_not_learned_anew() -> None:
     """From two short runs with noise, everything that is learned of it is an error."""
-    runs = [flown(seed, noise=0.02) for seed in range(2)]
+    runs = [flown(seed, noise=0.05) for seed in range(2)]
     anew = Response(runs, BENT[-1], as_known, as_known)
     stiff = Response(runs, BENT[-1], as_known, as_known, stiff=STIFF)
     assert error_ahead(stiff) < error_ahead(anew)
