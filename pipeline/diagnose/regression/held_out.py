@@ -6,7 +6,7 @@ velocity from the other runs; the learned one by its regression, a linear black 
 without squares and products.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -125,17 +125,12 @@ def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
         return False, "no velocity and no rate could be predicted of what was left out."
     by_way = {ahead_s: float(np.exp(np.mean(one))) for ahead_s, one in sorted(ratios.items())}
     told = (
-        f"on sound runs that were left out its error {_list(f'{way:g}' for way in by_way)} s ahead "
-        f"is {_list(f'{one:.2f}' for one in by_way.values())} times that of the vehicle file"
+        f"on sound runs that were left out its error {', '.join(f'{s:g}' for s in by_way)} s ahead "
+        f"is {', '.join(f'{one:.2f}' for one in by_way.values())} times that of the vehicle file"
     )
     if float(np.prod(list(by_way.values()))) < 1.0:
         return True, f"{told}."
     return False, f"{told}, which is no better."
-
-
-def _list(words: Iterable[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _starts(run: GridRun) -> IntArray:

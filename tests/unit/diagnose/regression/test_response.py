@@ -118,7 +118,7 @@ def test_what_runs_away_is_no_model_of_the_vehicle() -> None:
     )
     used, why = decides(table)
     assert not used
-    assert "1, 3 and 6 s ahead is 0.50, 50.00 and 90.00 times that of the vehicle file" in why
+    assert "1, 3, 6 s ahead is 0.50, 50.00, 90.00 times that of the vehicle file" in why
 
 
 def test_a_constant_that_all_runs_have_is_not_held_against_a_model() -> None:
