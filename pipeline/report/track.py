@@ -47,10 +47,8 @@ def track_figure(results: RunResults) -> Figure | None:
             View(east, north, "east  [m]", "north  [m]", (0.0, 0.42), from_above=True),
             replace(views[0], share=(0.63, 1.0)),
         ]
-    lead, caption = (
-        "Where the vehicle went.",
-        "Left: from above, the dot is the start. Right: depth.",
-    )
+    lead = "Where the vehicle went."
+    caption = "Left: from above, the dot is the start. Right: depth."
     if top is not None:
         lead = (
             f"Where the vehicle went; its speed is up to {general(top, 2)} m/s off the simulation."
@@ -61,7 +59,28 @@ def track_figure(results: RunResults) -> Figure | None:
         )
 
     def paint(figure: matplotlib.figure.Figure) -> None:
-        _paint(figure, views, colour, top)
+        left, right = 50.0, WIDTH - (58.0 if top is not None else 6.0)
+        for view in views:
+            low, high = (left + (right - left) * end for end in view.share)
+            ticks = (2 if view.from_above else 4, 4)
+            axes = axes_at(figure, low, 10.0, high, 122.0, view.x_label, view.y_label, ticks=ticks)
+            shown = _line(axes, view.x, view.y, colour, top)
+            if view.from_above:
+                start = np.flatnonzero(np.isfinite(view.x + view.y))[0]
+                axes.plot(view.x[start], view.y[start], "o", color=INK, ms=4)
+                axes.set_aspect("equal", adjustable="datalim")
+            else:
+                axes.invert_yaxis()
+        if shown is None:
+            return
+        bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
+        few = bar.yaxis.get_major_locator()
+        figure.colorbar(shown, cax=bar, ticks=few)
+        bar.tick_params(labelsize=8)
+        figure.text(
+            (right + 16.0) / WIDTH, 0.5, translate("gap in speed  [m/s]"), size=8, rotation=90,
+            ha="center", va="center",
+        )  # fmt: skip
 
     still = draw("fig-track", caption, 152.0, paint)
     return Figure("fig-track", lead, still, caption, data_block(_interactive(views, colour)))
@@ -80,36 +99,6 @@ class View:
     y_label: str
     share: tuple[float, float] = (0.0, 1.0)
     from_above: bool = False
-
-
-def _paint(
-    figure: matplotlib.figure.Figure,
-    views: Sequence[View],
-    colour: FloatArray | None,
-    top: float | None,
-) -> None:
-    left, right = 50.0, WIDTH - (58.0 if top is not None else 6.0)
-    for view in views:
-        low, high = (left + (right - left) * end for end in view.share)
-        ticks = (2 if view.from_above else 4, 4)
-        axes = axes_at(figure, low, 10.0, high, 122.0, view.x_label, view.y_label, ticks=ticks)
-        shown = _line(axes, view.x, view.y, colour, top)
-        if view.from_above:
-            start = np.flatnonzero(np.isfinite(view.x + view.y))[0]
-            axes.plot(view.x[start], view.y[start], "o", color=INK, ms=4)
-            axes.set_aspect("equal", adjustable="datalim")
-        else:
-            axes.invert_yaxis()
-    if shown is None:
-        return
-    bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
-    few = bar.yaxis.get_major_locator()
-    figure.colorbar(shown, cax=bar, ticks=few)
-    bar.tick_params(labelsize=8)
-    figure.text(
-        (right + 16.0) / WIDTH, 0.5, translate("gap in speed  [m/s]"), size=8, rotation=90,
-        ha="center", va="center",
-    )  # fmt: skip
 
 
 def _interactive(views: Sequence[View], colour: FloatArray | None) -> Json:

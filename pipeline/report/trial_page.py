@@ -3,12 +3,11 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.records.trial import DayTables, SpeedChange, TrialDay
+from pipeline.records.table_changes import ALIKE_CODES, table_changes
+from pipeline.records.trial import TrialDay
 from pipeline.report.blocks import (
     Blocks,
     Bullets,
@@ -29,41 +28,8 @@ from pipeline.report.sections.gains import day_gains_section, gain_warnings
 from pipeline.report.sections.tables import data_section
 from pipeline.report.sections.trials import TREND_TITLE, apart, trend_blocks, unsettled_days
 
-#: Codes that differ by less than this leave the firmware's output as it is.
-ALIKE_CODES = 0.05
-
 #: Said instead of any comparison of such a fit.
 _UNSETTLED = "The fit did not come to an end: do not use its values."
-
-
-def table_changes(before: DayTables, now: DayTables) -> tuple[SpeedChange, ...]:
-    """Compare the codes of two days, speed by speed, over the thrusts that both reach."""
-    found = []
-    thrust = np.array(now.thrust_n)
-    for speed_mps, row in zip(now.speed_mps, now.code, strict=True):
-        if speed_mps not in before.speed_mps:
-            continue
-        old_row = before.code[before.speed_mps.index(speed_mps)]
-        old = np.array([np.nan if one is None else one for one in old_row], float)
-        new = np.array([np.nan if one is None else one for one in row], float)
-        if before.thrust_n != now.thrust_n:
-            # NaN outside: interpolation next to it is NaN, too
-            old = np.interp(thrust, np.array(before.thrust_n), old, left=np.nan, right=np.nan)
-        gap = np.abs(new - old)
-        both = np.isfinite(gap)
-        if not both.any():
-            continue
-        worst = int(np.nanargmax(gap))
-        found.append(
-            SpeedChange(
-                speed_mps=speed_mps,
-                largest_codes=float(gap[worst]),
-                at_thrust_n=float(thrust[worst]),
-                mean_codes=float(np.mean(gap[both])),
-                thrusts=int(both.sum()),
-            )
-        )
-    return tuple(found)
 
 
 def day_page(results: DayResults, crumbs: Labels, assets: str = "") -> str:

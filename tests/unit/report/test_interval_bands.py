@@ -10,11 +10,11 @@ from markupsafe import Markup
 from pipeline.records.fit_values import drive_torque
 from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import drive_factor, static_factor, student_95
+from pipeline.records.mooring_gap import code_gaps
 from pipeline.report.blocks import Figure, Text
 from pipeline.report.panels import Panel
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.drive import drive_section, fitted_points
-from pipeline.report.sections.gap import code_gaps
 from pipeline.report.sections.static import _family, static_section
 
 

@@ -13,12 +13,13 @@ from pipeline.records.identification import (
     IdentifiedParameter,
     VehicleIdentification,
 )
+from pipeline.records.table_changes import table_changes
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Text
 from pipeline.report.panels import thinned
 from pipeline.report.results import DayResults, TrialDayLink, VehicleResults
 from pipeline.report.sections.trials import Days, has_trend, trend_blocks, trials_section
-from pipeline.report.trial_page import day_page, day_warnings, table_changes
+from pipeline.report.trial_page import day_page, day_warnings
 
 CRUMBS = (("All vehicles", "../../index.html"),)
 
