@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.smoothing import leaky_sum
+from pipeline.physics.complementary_filter import followed
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
@@ -90,10 +91,17 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
         run_up = period * np.cumsum(plain, axis=0) - np.cross(omega, lever)
         known = felt[:, None] & (moving | ~has_velocity)
         sources = ["specific_force"] * 3
+        # noise of the velocity would stand in drag and thrust at once, as thrust without effect
+        if moved_by == "velocity":
+            read = np.asarray(known.all(axis=1), np.bool_)
+            read &= run.reading.get("velocity", read)
+            along = followed(velocity[:, has_velocity], read, run_up[:, has_velocity], period)
+            if along is not None:
+                velocity[:, has_velocity] = along.value
         for k in np.flatnonzero(~has_velocity):
             # its mean is taken off first
-            own = period * (plain[:, k] - plain[:, k].mean())
-            velocity[:, k] = leaky_sum(own, float(np.exp(-period / _MEMORY_S)))
+            change = period * (plain[:, k] - plain[:, k].mean())
+            velocity[:, k] = leaky_sum(change, float(np.exp(-period / _MEMORY_S)))
     else:
         run_up, known = velocity, moving
         sources = [moved_by if flag else "" for flag in has_velocity]

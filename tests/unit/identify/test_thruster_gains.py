@@ -1,9 +1,11 @@
 """Gains of thrusters on simulated runs whose truth is known, and the algebra under them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled_models import bundled, mmt300_bench
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
@@ -271,3 +273,23 @@ def test_thrusters_that_do_the_same_cannot_be_exchanged(packed: PackedVehicle) -
     pairs = [one.thrusters for one in other_layouts(twin) if one.kind == "swapped"]
     assert (0, 1) not in pairs
     assert (0, 2) in pairs
+
+
+@pytest.mark.parametrize("seed", [0, 4])
+def test_noise_of_the_velocity_is_no_thrust_without_effect(
+    repository: Path, tmp_path_factory: pytest.TempPathFactory, seed: int
+) -> None:
+    """Under way the thrust falls with the speed as drag rises, by its noise as well."""
+    vehicle = bundled(repository, "mmt300")
+    packed = pack_vehicle(vehicle, mmt300_bench(repository, tmp_path_factory))
+    assert vehicle.sensors is not None
+    trajectory = fly(packed, MANOEUVRES["zig_zag"].plan(packed, 1.0, 120.0))
+    log = measure(trajectory, packed, vehicle.sensors, seed=seed)
+    run = table_of_log(log, vehicle.sensors, name="zig-zag")
+    found = gains_of(packed, vehicle.sensors, [run])
+    assert not found.findings
+    told = [row for row in found.gains if row.axis in {"all", "surge"} and row.judged and row.moves]
+    assert len(told) >= 5
+    for row in told:
+        assert row.ci95 is not None
+        assert row.ci95[0] <= 1.0 <= row.ci95[1], row
