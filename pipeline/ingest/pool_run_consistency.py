@@ -13,13 +13,13 @@ from pipeline.ingest.pool_run_down import (
     gravity_against_attitude,
     gravity_against_rates,
     position_against_depth,
+    turning,
 )
 from pipeline.ingest.pool_run_resample import resample, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.ingest.quantities import largest
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_table import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -182,12 +182,10 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> Iterator[Problem]:
     rows = table.valid["attitude"] & table.valid["angular_velocity"]
     if rows.sum() < 100:
         return
-    q, measured = table.values["attitude"], table.values["angular_velocity"]
-    middle = rows[:-2] & rows[1:-1] & rows[2:]
-    # the turn from the attitude before to the one after, in body axes
-    step = quaternion_product(q[:-2] * np.array([1.0, -1.0, -1.0, -1.0]), q[2:])
-    from_attitude = 2.0 * step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * _TABLE_HZ / 2.0
-    from_attitude, measured = from_attitude[middle], measured[1:-1][middle]
+    rows[1:-1] &= rows[:-2] & rows[2:]
+    rows[[0, -1]] = False
+    from_attitude = turning(table.values["attitude"], _TABLE_HZ)[rows]
+    measured = table.values["angular_velocity"][rows]
 
     for axis, name in enumerate(("roll", "pitch", "yaw")):
         a, m = from_attitude[:, axis], measured[:, axis]

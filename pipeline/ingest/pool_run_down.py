@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.records.run_arrays import PoolRun
+from pipeline.records.run_table import quaternion_product
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -154,6 +155,17 @@ def down_in_body(attitude: FloatArray) -> FloatArray:
     w, x, y, z = attitude.T
     down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
     return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))
+
+
+def turning(attitude: FloatArray, rate_hz: float) -> FloatArray:
+    """Return the rates (n, 3) in body axes of attitudes (n, 4) that follow at `rate_hz`.
+
+    [rad/s], each from the attitude before to the one after; not a number at both ends.
+    """
+    step = quaternion_product(attitude[:-2] * np.array([1.0, -1.0, -1.0, -1.0]), attitude[2:])
+    rate = np.full((len(attitude), 3), np.nan)
+    rate[1:-1] = step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * rate_hz
+    return rate
 
 
 def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:

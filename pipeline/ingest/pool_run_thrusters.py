@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_down import down_in_body
+from pipeline.ingest.pool_run_down import down_in_body, turning
 from pipeline.ingest.pool_run_resample import resample, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
@@ -146,15 +146,17 @@ def _rearranged(
 
 def _moments_of(run: PoolRun) -> _Moments | None:
     names = thrusters_of(run, "command")
-    if not names or "angular_velocity" not in run.channels:
+    known = [name for name in ("angular_velocity", "attitude") if name in run.channels]
+    if not names or not known:
         return None
-    known = ("attitude",) if "attitude" in run.channels else ()
-    table = resample(run, _TABLE_HZ, quantities=("command", "angular_velocity", *known))
+    table = resample(run, _TABLE_HZ, quantities=("command", *known))
     names = tuple(name for name in table.thrusters if name in names)
     if not names:
         return None  # the log commands thrusters that the vehicle file does not have
     codes = table.values["command"][:, [table.thrusters.index(name) for name in names]]
-    rate = table.values["angular_velocity"]
+    rate = table.values.get("angular_velocity")
+    if rate is None:
+        rate = turning(table.values["attitude"], _TABLE_HZ)
     rows = np.all([table.valid[name] for name in table.values], axis=0)
     if rows.sum() < 200:
         return None
@@ -168,7 +170,7 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     effort = _smoothed(effort * np.sqrt(np.abs(effort)), rows)
     p, q, r = smooth.T
     others = [smooth[:, :, None], np.stack([[q * r, p * r, p * q]] * 3).transpose(2, 0, 1)]
-    if known:
+    if "attitude" in known:
         gravity = _smoothed(down_in_body(table.values["attitude"]), rows)
         others.append(np.repeat(gravity[:, None, :], 3, axis=1))
     mixed = np.concatenate(others, axis=2)

@@ -1,13 +1,13 @@
 """Whether a velocity is that of the motion: against depth, position, and what thrusters can do."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_meant import Reading, meant_otherwise
 from pipeline.ingest.pool_run_resample import into_body, resample, thrusters_of
-from pipeline.records.run_arrays import PoolRun
+from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -24,18 +24,12 @@ _LEAST_RATIO = 0.5
 #: Correlation of a way with the next one, at least: -0.5 if places are noise, near 1 in motion.
 _LASTING = 0.5
 #: Of its size, the share of a velocity across the vehicle that no thruster makes.
-_MOST_ACROSS, _LITTLE_ACROSS = 0.5, 0.25
-_ACROSS_THRUST = 0.2
-#: Of the largest push; less way may be a drift; no vehicle brakes for most of its run. [-, m/s, -]
-_PUSHED, _UNDER_WAY_MPS, _MOSTLY_AGAINST = 0.3, 0.05, 0.8
-
-
-@dataclass(frozen=True)
-class _Reading:
-    """The velocity (n, 3) over the earth (NED) if it were read otherwise; how that is stated."""
-
-    velocity_ned: FloatArray
-    stated: str
+_MOST_ACROSS, _ACROSS_THRUST = 0.5, 0.2
+#: What velocities are compared with -> which of its components are.
+_COMPARED = (
+    ("depth", "the rate of depth", slice(2, 3)),
+    ("position", "the rate of position", slice(0, 2)),
+)
 
 
 def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
@@ -47,54 +41,69 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     if not names or (names == ["velocity_earth"] and "attitude" not in run.channels):
         return []
     beside = [name for name in ("attitude", "depth", "position") if name in run.channels]
+    if "attitude" not in beside and "angular_velocity" in run.channels:
+        beside.append("angular_velocity")
     table = resample(run, _TABLE_HZ, quantities=("velocity", *beside))
-    own, others = _readings(run, table)
-    topic = run.channels[names[0]].topic
+    channel = run.channels[names[0]]
+    readings = _readings(channel, table)
     there = table.valid["velocity"] & table.valid.get("attitude", table.valid["velocity"])
     found = []
-    if "depth" in beside:
-        rows = there & table.valid["depth"]
-        depth = table.values["depth"]
-        said = _against(own, others, depth, rows, slice(2, 3), "the rate of depth")
-        found += [f"the downward velocity ({topic}) {said}"] if said else []
-    if "position" in beside and "attitude" in beside:
-        rows = there & table.valid["position"]
-        way = table.values["position"][:, :2]
-        said = _against(own, others, way, rows, slice(0, 2), "the rate of position")
-        found += [f"the horizontal velocity ({topic}) {said}"] if said else []
-    if "attitude" in beside and not found:
-        said = _across(table, others, there, vehicle)
-        found += [f"the velocity ({topic}) {said}"] if said else []
-    if not found:
-        said = _against_thrust(run, table, there, vehicle)
-        found += [f"the velocity ({topic}) {said}"] if said else []
+    for what, rate, axes in _COMPARED:
+        if what not in beside or (what == "position" and "attitude" not in beside):
+            continue
+        rows, place_m = there & table.valid[what], table.values[what][:, : axes.stop - axes.start]
+        earth = [
+            (one.how, _over_earth(one.velocity, table)[:, axes])
+            for one in readings
+            if not one.any_heading
+        ]
+        said = _against(earth, place_m, rows, rate, level="attitude" in beside)
+        if said:
+            is_down = f"the downward velocity ({channel.topic}) {said}"
+            is_level = f"the horizontal velocity ({channel.topic}) {said}"
+            found.append(is_down if what == "depth" else is_level)
+    if not any("{" in said for said in found):  # none says what would agree
+        said = meant_otherwise(run, table, readings, there, vehicle)
+        if not (said or found or thrusters_of(run, "command")):
+            said = _across(table.values["velocity"][there], vehicle)
+        found = [f"the velocity ({channel.topic}) {said}"] if said else found
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
     return [place.warning(what, remedy=remedy) for what in found]
 
 
-def _readings(run: PoolRun, table: RunTable) -> tuple[FloatArray, list[_Reading]]:
-    """Return the velocity over the earth as it was read, and as it might have been meant."""
-    body = table.values["velocity"]
-    attitude = table.values.get("attitude")
-    channel = run.channels.get("velocity")
+def _over_earth(velocity: FloatArray, table: RunTable) -> FloatArray:
+    """Turn a velocity of the body to the earth (NED), as far as an attitude is known."""
+    if "attitude" not in table.values:
+        return velocity
+    return into_body(velocity, table.values["attitude"] * np.array([1.0, -1.0, -1.0, -1.0]))
 
-    def over_earth(velocity: FloatArray) -> FloatArray:
-        if attitude is None:
-            return velocity
-        return into_body(velocity, attitude * np.array([1.0, -1.0, -1.0, -1.0]))
 
-    others = [_Reading(over_earth(-body), "sign: -1")]
-    if channel is not None:
-        axes = channel.read.axes
-        turned = "frd" if axes == "flu" else "flu"
-        across = np.array([1.0, -1.0, -1.0])
-        others.insert(0, _Reading(over_earth(body * across), f"body_axes: {turned}"))
-        if attitude is not None:
-            ned = body if axes != "flu" else np.stack([-body[:, 1], body[:, 0], body[:, 2]], axis=1)
-            earth = "enu" if axes == "flu" else "ned"
-            stated = f"quantity: velocity_earth, earth_axes: {earth}"
-            others.append(_Reading(ned, stated))
-    return over_earth(body), others
+def _readings(channel: RunChannel, table: RunTable) -> list[Reading]:
+    """Return the velocity in body axes as it was read, and as it might have been meant."""
+    body, axes = table.values["velocity"], channel.read.axes
+    found = [Reading(body, "")]
+    ned = _over_earth(body, table)
+    xyz = body * [1.0, -1.0, -1.0] if axes == "flu" else body
+    if channel.quantity == "velocity_earth":
+        xyz = ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0] if axes == "enu" else ned
+    for one in ("frd", "flu"):
+        if (channel.quantity, axes) != ("velocity", one):
+            turned = xyz * [1.0, -1.0, -1.0] if one == "flu" else xyz
+            found.append(Reading(turned, f"{{quantity: velocity, body_axes: {one}}}"))
+    found.append(Reading(-body, "{sign: -1}"))
+    for one in ("ned", "enu"):
+        if "attitude" in table.values and (channel.quantity, axes) != ("velocity_earth", one):
+            north = xyz[:, [1, 0, 2]] * [1.0, 1.0, -1.0] if one == "enu" else xyz
+            turned = into_body(north, table.values["attitude"])
+            found.append(Reading(turned, f"{{quantity: velocity_earth, earth_axes: {one}}}"))
+    if "angular_velocity" in table.values:  # a heading from one that nobody knows
+        heading = np.cumsum(np.nan_to_num(table.values["angular_velocity"][:, 2])) / _TABLE_HZ
+        cos, sin = np.cos(heading), np.sin(heading)
+        for one, (x, y, z) in (("ned", xyz.T), ("enu", (xyz[:, [1, 0, 2]] * [1, 1, -1]).T)):
+            turned = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=1)
+            stated = f"{{quantity: velocity_earth, earth_axes: {one}}}"
+            found.append(Reading(turned, stated, any_heading=True))
+    return found
 
 
 def _ways(values: FloatArray, rows: BoolArray) -> tuple[FloatArray, BoolArray]:
@@ -143,16 +152,19 @@ def _lasting(place: FloatArray, rows: BoolArray) -> bool:
     return bool((before * after).sum() > _LASTING * power)
 
 
-def _against(  # noqa: PLR0917  one comparison
-    own: FloatArray,
-    others: list[_Reading],
+def _against(
+    readings: list[tuple[str, FloatArray]],
     place: FloatArray,
     rows: BoolArray,
-    axes: slice,
     what: str,
+    *,
+    level: bool,
 ) -> str:
-    """Say how a velocity contradicts what it is the rate of; nothing where it agrees."""
-    found = _agreement(own[:, axes], place, rows)
+    """Say how a velocity, the first of its readings, contradicts what it is the rate of.
+
+    Unless it is known to be `level`, a vehicle that pitches goes down without a velocity downward.
+    """
+    found = _agreement(readings[0][1], place, rows)
     if found is None:
         return ""
     correlation, ratio = found
@@ -161,70 +173,32 @@ def _against(  # noqa: PLR0917  one comparison
             return ""
         return f"is {ratio:.3g} times {what} (correlation {correlation:.2f}): check its unit."
     better = [
-        one.stated
-        for one in others
-        if (agreement := _agreement(one.velocity_ned[:, axes], place, rows)) is not None
-        and agreement[0] >= _AGREES
+        how
+        for how, velocity in readings[1:]
+        if (agreement := _agreement(velocity, place, rows)) is not None and agreement[0] >= _AGREES
     ]
     if correlation > _AGAINST and not better:
-        if correlation > 0.3 or not (ratio > _LEAST_RATIO or _lasting(place, rows)):
+        if correlation > 0.3 or not level or not (ratio > _LEAST_RATIO or _lasting(place, rows)):
             return ""
         return f"has nothing to do with {what} (correlation {correlation:.2f})."
     said = f"runs against {what} (correlation {correlation:.2f})."
-    listed = " or ".join(f"{{{one}}}" for one in better)
-    return said + (f" With {listed} it would agree." if better else "")
+    return said + (f" With {' or '.join(better)} it would agree." if better else "")
 
 
-def _across(table: RunTable, others: list[_Reading], rows: BoolArray, vehicle: Vehicle) -> str:
-    """Say where a vehicle goes sideways that no thruster pushes sideways, and what it might be."""
+def _across(velocity: FloatArray, vehicle: Vehicle) -> str:
+    """Say where a vehicle goes sideways that no thruster pushes sideways."""
     pushes = [abs(one.direction[1]) for one in vehicle.thrusters]
-    if not pushes or max(pushes) > _ACROSS_THRUST or rows.sum() < _LEAST_WINDOWS * _STEP:
+    if not pushes or max(pushes) > _ACROSS_THRUST or len(velocity) < _LEAST_WINDOWS * _STEP:
         return ""
-    share = _share_across(table.values["velocity"][rows])
+    size = float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean()))
+    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / max(size, _LEAST_WAY_M)
     if share < _MOST_ACROSS:
         return ""
-    over_earth = [one for one in others if "velocity_earth" in one.stated]
-    for one in over_earth:
-        turned = into_body(one.velocity_ned[rows], table.values["attitude"][rows])
-        there = _share_across(turned)
-        if there < _LITTLE_ACROSS:
-            return (
-                f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes "
-                f"sideways; as one over the earth, {{{one.stated}}}, it would be so by "
-                f"{100 * there:.0f} %."
-            )
     return (
         f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes sideways: the "
         "sensor is mounted turned (sensors: dvl: rotation_deg), its axes are others, or a current "
         "drives the vehicle."
     )
-
-
-def _against_thrust(run: PoolRun, table: RunTable, rows: BoolArray, vehicle: Vehicle) -> str:
-    """Say where a vehicle goes astern while its thrusters push ahead, or the other way."""
-    if not thrusters_of(run, "command"):
-        return ""
-    code = np.nan_to_num(resample(run, _TABLE_HZ, quantities=("command",)).values["command"])
-    ahead = {thruster.name: thruster.direction[0] for thruster in vehicle.thrusters}
-    along = np.array([ahead.get(name, 0.0) for name in table.thrusters])
-    push = (code * np.abs(code)) @ along
-    speed = table.values["velocity"][:, 0]
-    driven = rows & (np.abs(push) > _PUSHED * np.abs(push).max()) & (np.abs(speed) > _UNDER_WAY_MPS)
-    if driven.sum() < _LEAST_WINDOWS * _WINDOW:
-        return ""
-    against = float((np.sign(speed[driven]) != np.sign(push[driven])).mean())
-    if against < _MOSTLY_AGAINST:
-        return ""
-    return (
-        f"goes against what the thrusters push in {100 * against:.0f} % of the time: the sensor is "
-        "mounted turned (sensors: dvl: rotation_deg), its axes or the directions of the thrusters "
-        "are others, or a current drives the vehicle."
-    )
-
-
-def _share_across(velocity: FloatArray) -> float:
-    size = float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean()))
-    return float(np.sqrt((velocity[:, 1] ** 2).mean())) / size if size > _LEAST_WAY_M else 0.0
 
 
 def disagreeing_frames(tables: Mapping[str, RunTable], axes: Mapping[str, str]) -> dict[str, str]:

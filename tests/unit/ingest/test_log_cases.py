@@ -111,8 +111,9 @@ def test_a_velocity_over_the_earth_that_calls_itself_the_bodys() -> None:
 
 
 def test_a_velocity_that_runs_against_the_depth() -> None:
-    run = read("dvl_frd_called_dvl_link")
-    assert "runs against the rate of depth (correlation -0.99). With {body_axes: frd}" in said(run)
+    told = said(read("dvl_frd_called_dvl_link"))
+    assert "runs against the rate of depth (correlation -0.99). With {quantity: velocity," in told
+    assert "body_axes: frd}" in told
 
 
 @pytest.mark.parametrize("name", ["dvl_beams_not_valid", "dvl_mode_changes_to_water"])

@@ -116,7 +116,7 @@ def test_a_velocity_against_the_thrust(sign: float, told: bool, tmp_path: Path) 
     ]
     run = read(tmp_path, topics)
     np.testing.assert_allclose(run.channels["velocity"].values, body, atol=1e-9)
-    assert ("against what the thrusters push" in said(run)) == told
+    assert ("contradicts the motion: the push of the thrusters" in said(run)) == told
 
 
 def test_what_a_dvl_of_waterlinked_calls_invalid(tmp_path: Path) -> None:

@@ -1,0 +1,166 @@
+"""A velocity or an order of thrusters that contradicts the motion: told, with what would agree."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pool_logs import (
+    NAMES,
+    Topic,
+    imu_topic,
+    joints_topic,
+    json_topic,
+    rov,
+    ticks,
+    vector,
+    write_log,
+)
+from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
+
+from pipeline.ingest.pool_run import read_pool_run
+from pipeline.types import FloatArray
+
+HZ = 10.0
+TIMES = ticks(1200, HZ)
+ALL = ("attitude", "rates", "position", "depth")
+
+
+def lagging(values: FloatArray, lag_s: float) -> FloatArray:
+    share = 1.0 - np.exp(-1.0 / (HZ * lag_s))
+    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0))
+
+
+@dataclass
+class Motion:
+    """Steps of all thrusters of `rov` and what the vehicle does: it goes aside and turns, too."""
+
+    codes: FloatArray
+    velocity: FloatArray
+    rate: FloatArray
+    turn: Rotation
+    place: FloatArray
+
+
+def motion(seed: int = 0) -> Motion:
+    generator = np.random.default_rng(seed)
+    codes = np.repeat(generator.uniform(-90.0, 90.0, (30, 4)), 40, axis=0)
+    thrust = codes * np.abs(codes) / 100.0**2
+    thrusters = rov().thrusters
+    noise = generator.standard_normal((len(codes), 6)) * [0.01, 0.01, 0.01, 1e-3, 1e-3, 1e-3]
+    push = thrust @ np.array([one.direction for one in thrusters])
+    moment = thrust @ np.array([np.cross(one.position_m, one.direction) for one in thrusters])
+    velocity = lagging(push * [0.5, 0.3, 0.2], 2.0)
+    rate = lagging(moment * [0.0, 0.0, 4.0], 1.0)
+    turn = Rotation.from_euler("z", (np.cumsum(rate[:, 2]) / HZ + 0.3)[:, None])
+    place = np.cumsum(turn.apply(velocity), axis=0) / HZ + [0.0, 0.0, 5.0]
+    return Motion(codes, velocity + noise[:, :3], rate + noise[:, 3:], turn, place)
+
+
+def warned(
+    path: Path, moved: Motion, velocity: FloatArray | None, logged: tuple[str, ...] = ALL
+) -> str:
+    """What is told of a log of commands, this velocity, and some of the other channels."""
+    topics: list[Topic] = [
+        joints_topic("/thrusters/command", TIMES, [NAMES] * len(TIMES), moved.codes)
+    ]
+    if velocity is not None:
+        named = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in velocity.tolist()]
+        topics.append(json_topic("/dvl", TIMES, named))
+    if "attitude" in logged:
+        turns = [{"orientation": vector(one)} for one in moved.turn.as_quat()]
+        topics.append(json_topic("/ahrs", TIMES, turns))
+    if "rates" in logged:
+        topics.append(imu_topic(TIMES, moved.rate))
+    if "position" in logged:
+        places = [{"pose": {"position": vector(one)}} for one in moved.place]
+        topics.append(json_topic("/pose", TIMES, places))
+    if "depth" in logged:
+        topics.append(json_topic("/depth", TIMES, [{"depth": one} for one in moved.place[:, 2]]))
+    run = read_pool_run(write_log(path / "run.mcap", topics), rov(), path)
+    return "\n".join(one.what for one in run.problems if one.severity == "warning")
+
+
+def beams(velocity: FloatArray, azimuths_deg: list[float]) -> FloatArray:
+    angle, slant = np.radians(azimuths_deg), np.radians(22.5)
+    look = np.stack([np.sin(slant) * np.cos(angle), np.sin(slant) * np.sin(angle)], axis=1)
+    return velocity @ np.column_stack([look, np.full(3, np.cos(slant))]).T
+
+
+def turned(degrees: float) -> Callable[[Motion], FloatArray]:
+    return lambda moved: Rotation.from_euler("z", -degrees, degrees=True).apply(moved.velocity)
+
+
+def over_earth(moved: Motion) -> FloatArray:
+    return np.asarray(moved.turn.apply(moved.velocity))
+
+
+LOGGED = [ALL, ("depth",), ("attitude", "position"), ("attitude", "depth"), ("rates", "depth"), ()]
+
+
+@pytest.mark.parametrize("logged", LOGGED)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_sound_velocity_is_not_suspected(
+    seed: int, logged: tuple[str, ...], tmp_path: Path
+) -> None:
+    moved = motion(seed)
+    said = warned(tmp_path, moved, moved.velocity, logged)
+    assert "contradicts" not in said
+    assert "the rate of" not in said
+    assert "swapped" not in said
+
+
+@pytest.mark.parametrize("logged", LOGGED)
+@pytest.mark.parametrize("degrees", [45, -45, 90, 135])
+def test_a_dvl_that_is_mounted_turned(
+    degrees: int, logged: tuple[str, ...], tmp_path: Path
+) -> None:
+    moved = motion()
+    said = warned(tmp_path, moved, turned(degrees)(moved), logged)
+    assert "the velocity (/dvl) contradicts the motion" in said
+    assert f"turned by {degrees} degrees (sensors: dvl: rotation_deg)" in said
+
+
+@pytest.mark.parametrize("logged", [("attitude",), ("attitude", "depth"), ("rates", "depth")])
+@pytest.mark.parametrize("axes", ["ned", "enu"])
+def test_a_velocity_over_the_earth_without_a_position(
+    axes: str, logged: tuple[str, ...], tmp_path: Path
+) -> None:
+    moved = motion()
+    earth = over_earth(moved)
+    if axes == "enu":
+        earth = earth[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
+        logged = tuple(one for one in logged if one != "depth")  # it would tell that z points up
+    said = warned(tmp_path, moved, earth, logged)
+    assert f"with {{quantity: velocity_earth, earth_axes: {axes}}}" in said
+
+
+@pytest.mark.parametrize("logged", [ALL, ("depth",), ()])
+@pytest.mark.parametrize("azimuths_deg", [[45, 135, 225], [45, 225, 135], [0, 120, 240]])
+def test_speeds_along_beams(
+    azimuths_deg: list[float], logged: tuple[str, ...], tmp_path: Path
+) -> None:
+    moved = motion()
+    said = warned(tmp_path, moved, beams(moved.velocity, azimuths_deg), logged)
+    assert "as speeds along the beams of a DVL" in said
+
+
+@pytest.mark.parametrize("logged", [("attitude",), ("attitude", "depth")])
+def test_swapped_thrusters_show_in_the_attitude(logged: tuple[str, ...], tmp_path: Path) -> None:
+    moved = motion()
+    assert "swapped" not in warned(tmp_path, moved, None, logged)
+    moved.codes = moved.codes[:, [1, 0, 2, 3]]
+    said = warned(tmp_path, moved, None, logged)
+    assert "port and starboard are swapped against the vehicle file" in said
+
+
+@pytest.mark.parametrize(
+    ("order", "two"), [([0, 3, 2, 1], "starboard and side"), ([2, 1, 0, 3], "port and bow")]
+)
+def test_swapped_thrusters_show_in_the_velocity(order: list[int], two: str, tmp_path: Path) -> None:
+    moved = motion()
+    moved.codes = moved.codes[:, order]
+    said = warned(tmp_path, moved, moved.velocity, ())
+    assert f"with the commands of {two} swapped" in said
