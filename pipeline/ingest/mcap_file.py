@@ -255,9 +255,15 @@ class McapFile(MessageLog):
             block = walk(unpack(head, packed, cut=True))
         except BrokenChunkError:
             block = None
-        rescued = 0 if block is None else sum(part.size.size for part in block.messages.values())
+        parts = [] if block is None else list(block.messages.values())
+        rescued = sum(part.size.size for part in parts)
+        whole = begin - mcap.RECORD_HEAD.size
+        if rescued:  # of a packed chunk in proportion
+            walked = max(int(part.start[-1] + part.size[-1]) for part in parts)
+            share = walked / max(head.uncompressed_size, walked)
+            whole = begin + head.length + min(int(share * head.size), len(packed))
         self._faults.cut(
-            begin - mcap.RECORD_HEAD.size,
+            whole,
             self.size,
             f"in the middle of a chunk, of which {rescued} messages were rescued, ",
         )

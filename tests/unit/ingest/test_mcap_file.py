@@ -132,6 +132,9 @@ def test_messages_of_a_chunk_that_was_cut_off_are_rescued(
     assert 3000 < len(rows) < 16_000
     assert [content for _, content in rows] == topic.messages[: len(rows)]
     assert f"of which {len(rows)} messages were rescued" in log.problems[0].what
+    at = log.read_bytes
+    assert 0.9 * log.size < at <= log.size
+    assert f"up to byte {at} ({100 * at / log.size:.0f} %)" in log.problems[0].what
 
 
 @given(st.data())
