@@ -1,23 +1,32 @@
 """From ``rig2sea new`` to tables: check a blank folder, fill in a form, run."""
 
+import contextlib
 import json
 from pathlib import Path
 
+from click.testing import CliRunner, Result
 from openpyxl import load_workbook
 from shared_runs import rig2sea
 
+from pipeline.cli import cli
+
+
+def command(folder: Path, *arguments: str) -> Result:
+    with contextlib.chdir(folder):
+        return CliRunner().invoke(cli, arguments, prog_name="rig2sea")
+
 
 def test_new_vehicle_becomes_tables(tmp_path: Path) -> None:
-    new = rig2sea(tmp_path, "new", "boat")
-    assert new.returncode == 0, new.stderr
+    new = command(tmp_path, "new", "boat")
+    assert new.exit_code == 0, new.stderr
     assert "raw/boat/README.md" in new.stdout
-    again = rig2sea(tmp_path, "new", "boat")
-    assert (again.returncode, again.stdout) == (1, "")
+    again = command(tmp_path, "new", "boat")
+    assert (again.exit_code, again.stdout) == (1, "")
     assert again.stderr.startswith("error: raw/boat: is there already")
-    assert rig2sea(tmp_path, "new", "../boat").returncode == 2
+    assert command(tmp_path, "new", "../boat").exit_code == 2
 
-    check = rig2sea(tmp_path, "check", "boat")
-    assert check.returncode == 0, check.stdout
+    check = command(tmp_path, "check", "boat")
+    assert check.exit_code == 0, check.stdout
     assert check.stdout.count("no data yet") == 3
 
     form = tmp_path / "raw/boat/mooring/mooring.xlsx"

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -85,15 +86,16 @@ def test_a_run_of_the_auv_from_its_bench_to_the_log(bench_folder: Path, tmp_path
 
 
 def test_same_command_same_bytes_other_seed_other_noise(tmp_path: Path) -> None:
-    def one(name: str, *arguments: str) -> Path:
+    def one(run: Callable[..., Done], name: str, seed: int) -> Path:
         target = tmp_path / name
         common = ("simulate", "rov8", "--manoeuvre", "heave_steps", "--duration", "4")
-        succeeded(rig2sea(tmp_path, *common, "--to", str(target), *arguments))
+        succeeded(run(tmp_path, *common, "--to", str(target), "--seed", str(seed)))
         return target
 
-    first, again = one("first.mcap", "--seed", "7"), one("again.mcap", "--seed", "7")
+    # in this process, and in one of its own
+    first, again = one(command, "first.mcap", 7), one(rig2sea, "again.mcap", 7)
     assert first.read_bytes() == again.read_bytes()
-    other = one("other.mcap", "--seed", "8")
+    other = one(command, "other.mcap", 8)
     assert motion(read(first)[0]).tobytes() == motion(read(other)[0]).tobytes()
     noise = [
         [m.angular_velocity.x for m in read(path)[0]["/imu/data"]]  # type: ignore[attr-defined]

@@ -111,22 +111,6 @@ def test_half_written_and_lost_results_are_made_again(moored: Bench) -> None:
     assert ("boat", "mooring") not in moored.stages_run()
 
 
-def test_broken_files_are_named_and_the_rest_is_done(moored: Bench) -> None:
-    (moored.root / "raw/boat/load_test").mkdir()
-    (moored.root / "raw/boat/load_test/broken.xlsx").write_bytes(b"PK\x03\x04 cut short")
-    (moored.root / "raw/boat/mooring/empty.csv").touch()
-    (moored.root / "raw/boat/mooring/{code}.csv").touch()
-    done = moored.run()  # test_hostile_input has the second run, which says the same
-    assert done.returncode == 1
-    assert "error: raw/boat/load_test/broken.xlsx" in done.stdout
-    assert "error: raw/boat/mooring/empty.csv" in done.stdout
-    assert "error: raw/boat/mooring/{code}.csv: the file's name holds" in done.stdout
-    assert "Traceback" not in done.stdout + done.stderr
-    assert moored.envelope("tables")["table3"] is not None
-    page = (moored.root / "reports/boat/index.html").read_text(encoding="utf-8")
-    assert "broken.xlsx" in page
-
-
 def test_vehicle_that_cannot_be_read_does_not_stop_the_others(moored: Bench) -> None:
     before = moored.contents()
     make_vehicle(moored.root / "raw/other")
