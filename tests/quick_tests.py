@@ -22,7 +22,7 @@ LONG_MODULES = (
     "evaluation.bundled",
     "pipeline.bundled",
     "pipeline.identify.static",
-    "pipeline.language.extract",
+    "evaluation.messages",
     "pipeline.physics.tether_footprint",
     "pipeline.physics.tether_static",
     "pipeline.report.diagnosis_page",

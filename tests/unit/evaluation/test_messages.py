@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.language.extract import MORE, messages, updated
+from evaluation.messages import LANGUAGE, MORE, FoundMessage, messages, updated
 from pipeline.language.po import Entry, read_po
 
 FIELD = re.compile(r"\{(\d+)\}")
@@ -37,13 +37,13 @@ def go() -> None:
 
 
 @pytest.fixture(scope="module")
-def found() -> list[Entry]:
+def found() -> list[FoundMessage]:
     return messages()
 
 
 @pytest.fixture(scope="module")
 def russian() -> dict[str, Entry]:
-    text = MORE.with_name("ru.po").read_text(encoding="utf-8")
+    text = (LANGUAGE / "ru.po").read_text(encoding="utf-8")
     return {entry.message: entry for entry in read_po(text)}
 
 
@@ -65,13 +65,15 @@ def test_what_is_found_in_a_module(tmp_path: Path) -> None:
 
 def test_translations_stay_and_messages_that_are_gone_go() -> None:
     old = [Entry("kept {0}", forms=("оставлено {0}",)), Entry("gone", forms=("ушло",))]
-    _, kept, new = updated("ru", [Entry("kept {0}"), Entry("{0} run", "{0} runs")], old)
+    _, kept, new = updated(
+        "ru", [FoundMessage("kept {0}"), FoundMessage("{0} run", "{0} runs")], old
+    )
     assert kept.forms == ("оставлено {0}",)
     assert new.forms == ("", "", "")
 
 
 def test_errors_readers_and_checks_are_wholly_translated(
-    found: list[Entry], russian: dict[str, Entry]
+    found: list[FoundMessage], russian: dict[str, Entry]
 ) -> None:
     rooms = ("errors.py", "ingest/", "check/", "vehicle/", "cli.py", "report/templates/")
     missing = [
@@ -83,10 +85,12 @@ def test_errors_readers_and_checks_are_wholly_translated(
     assert missing == []
 
 
-def test_nearly_everything_is_translated(found: list[Entry], russian: dict[str, Entry]) -> None:
+def test_nearly_everything_is_translated(
+    found: list[FoundMessage], russian: dict[str, Entry]
+) -> None:
     known = [one for one in found if one.message in russian and russian[one.message].translated]
     assert len(found) > 2500
-    assert len(known) >= 0.97 * len(found), "python -m pipeline.language.extract --check"
+    assert len(known) >= 0.97 * len(found), "python -m evaluation.messages --check"
 
 
 def test_no_translation_has_a_value_that_its_message_lacks(russian: dict[str, Entry]) -> None:

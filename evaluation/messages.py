@@ -1,4 +1,4 @@
-"""``python -m pipeline.language.extract``: bring the catalogues up to date with the program.
+"""``python -m evaluation.messages``: bring the catalogues up to date with the program.
 
 Every text of the program that reads like language becomes a message: string literals and f-strings
 (whose values become ``{0}``, ``{1}``), the help of commands, ``_("...")`` in templates of pages,
@@ -11,15 +11,18 @@ import ast
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.language.po import Entry, read_po, write_po
+import pipeline
+from pipeline.language.po import Entry, read_po
 from pipeline.reader_language import ENGLISH, LANGUAGES
 
-PACKAGE = Path(__file__).resolve().parents[1]
-HERE = Path(__file__).resolve().parent
+PACKAGE = Path(pipeline.__file__).resolve().parent
+#: Where the catalogues are.
+LANGUAGE = PACKAGE / "language"
 #: Messages that stand nowhere in the program as one text.
-MORE = HERE / "more.txt"
+MORE = Path(__file__).resolve().with_name("more_messages.txt")
 
 #: Rooms and modules whose texts no person reads, or reads as part of a file for machines.
 _SILENT = (
@@ -73,7 +76,15 @@ _COUNTS = {
 }
 
 
-def messages(package: Path = PACKAGE) -> list[Entry]:
+@dataclass(frozen=True)
+class FoundMessage(Entry):
+    """A message, the modules that say it, and what its fields are, for the translator."""
+
+    where: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def messages(package: Path = PACKAGE) -> list[FoundMessage]:
     """Return every message of the program, untranslated, in the order of the modules.
 
     Parameters
@@ -81,7 +92,7 @@ def messages(package: Path = PACKAGE) -> list[Entry]:
     package : Path
         Folder of the package.
     """
-    found: dict[str, Entry] = {}
+    found: dict[str, FoundMessage] = {}
     for path in sorted([*package.rglob("*.py"), *package.rglob("*.j2")]):
         name = path.relative_to(package).as_posix()
         if not name.startswith(_SILENT):
@@ -92,34 +103,34 @@ def messages(package: Path = PACKAGE) -> list[Entry]:
     for line in MORE.read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             one, _, many = line.partition("\t")
-            _merge(found, Entry(one, many), MORE.name)
+            _merge(found, FoundMessage(one, many), MORE.name)
     return list(found.values())
 
 
-def _merge(found: dict[str, Entry], entry: Entry, where: str) -> None:
+def _merge(found: dict[str, FoundMessage], entry: FoundMessage, where: str) -> None:
     known = found.get(entry.message)
     if known is None:
-        found[entry.message] = Entry(
+        found[entry.message] = FoundMessage(
             entry.message, entry.plural, entry.forms, (where,), entry.notes
         )
     elif where not in known.where:
         plural = known.plural or entry.plural
         places = (*known.where, where)
-        found[entry.message] = Entry(entry.message, plural, known.forms, places, known.notes)
+        found[entry.message] = FoundMessage(entry.message, plural, known.forms, places, known.notes)
 
 
-def _of_template(text: str) -> Iterator[Entry]:
+def _of_template(text: str) -> Iterator[FoundMessage]:
     for message in _IN_TEMPLATE.findall(text):
-        yield Entry(message)
+        yield FoundMessage(message)
 
 
-def _of_module(text: str, name: str) -> Iterator[Entry]:
+def _of_module(text: str, name: str) -> Iterator[FoundMessage]:
     tree = ast.parse(text)
     silent = _not_shown(tree)
     for node in _in_order(tree):
         if isinstance(node, ast.FunctionDef) and _is_command(node):
             for paragraph in help_paragraphs(ast.get_docstring(node, clean=True) or ""):
-                yield Entry(paragraph)
+                yield FoundMessage(paragraph)
         if isinstance(node, ast.Call):
             yield from _counted(node)
         if node in silent or not isinstance(node, ast.Constant | ast.JoinedStr):
@@ -132,7 +143,7 @@ def _of_module(text: str, name: str) -> Iterator[Entry]:
             message, own = _numbered(line.strip(), notes)
             heading = name.startswith("report/") and _WORD.match(message)
             if (_PROSE.search(message) and " | " not in message) or heading:
-                yield Entry(message, notes=own)
+                yield FoundMessage(message, notes=own)
 
 
 def help_paragraphs(text: str) -> Iterator[str]:
@@ -158,13 +169,13 @@ def _is_command(node: ast.FunctionDef) -> bool:
     return any(re.match(r"(\w+\.)?(command|group)\b", text) for text in texts)
 
 
-def _counted(node: ast.Call) -> Iterator[Entry]:
+def _counted(node: ast.Call) -> Iterator[FoundMessage]:
     """Yield the message of ``plural(count, "point")``."""
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     words = [str(one.value) for one in node.args[1:] if isinstance(one, ast.Constant)]
     if name in _COUNTING and words:
         many = words[1] if len(words) > 1 else f"{words[0]}s"
-        yield Entry(f"{{0}} {words[0]}", f"{{0}} {many}")
+        yield FoundMessage(f"{{0}} {words[0]}", f"{{0}} {many}")
 
 
 def _not_shown(tree: ast.Module) -> set[ast.AST]:
@@ -224,19 +235,40 @@ def _numbered(line: str, notes: dict[int, str]) -> tuple[str, tuple[str, ...]]:
     return text, tuple(f"{{{one - first}}}: {notes[one][:_NOTE_LENGTH]}" for one in own)
 
 
-def updated(language: str, found: list[Entry], old: list[Entry]) -> list[Entry]:
+def updated(language: str, found: list[FoundMessage], old: list[Entry]) -> list[FoundMessage]:
     """Return the new catalogue: the messages found, with the translations that are there."""
     known = {entry.message: entry for entry in old}
     head = _HEAD.format(language=language).replace("\\n", "\n")
-    entries = [Entry("", forms=(f"{head}Plural-Forms: {_COUNTS[language]}\n",))]
+    entries = [FoundMessage("", forms=(f"{head}Plural-Forms: {_COUNTS[language]}\n",))]
     for entry in found:
         before = known.get(entry.message)
         number = 3 if entry.plural else 1
         forms = (
             before.forms if before is not None and len(before.forms) == number else ("",) * number
         )
-        entries.append(Entry(entry.message, entry.plural, forms, entry.where, entry.notes))
+        entries.append(FoundMessage(entry.message, entry.plural, forms, entry.where, entry.notes))
     return entries
+
+
+def write_po(entries: Iterable[FoundMessage]) -> str:
+    """Return the text of a catalogue; the same entries give the same text."""
+    return "\n".join(_block(entry) for entry in entries)
+
+
+def _block(entry: FoundMessage) -> str:
+    lines = [f"#. {note}" for note in entry.notes] + [f"#: {place}" for place in entry.where]
+    lines.append(f"msgid {_quoted(entry.message)}")
+    if entry.plural:
+        lines.append(f"msgid_plural {_quoted(entry.plural)}")
+        lines += [f"msgstr[{i}] {_quoted(form)}" for i, form in enumerate(entry.forms)]
+    else:
+        lines.append(f"msgstr {_quoted(entry.forms[0])}")
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    plain = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
+    return f'"{plain}"'
 
 
 def main(arguments: list[str]) -> int:
@@ -246,7 +278,7 @@ def main(arguments: list[str]) -> int:
     for language in LANGUAGES:
         if language == ENGLISH:
             continue
-        path = HERE / f"{language}.po"
+        path = LANGUAGE / f"{language}.po"
         old = read_po(path.read_text(encoding="utf-8")) if path.is_file() else []
         entries = updated(language, found, old)
         untranslated = [entry for entry in entries[1:] if not entry.translated]
