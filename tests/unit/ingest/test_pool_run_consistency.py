@@ -1,5 +1,6 @@
 """Channels against each other: faults are suspected where they are, and nowhere else."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -47,11 +48,20 @@ def warnings_of(path: Path, topics: list[Topic], vehicle: Vehicle | None = None)
 
 
 def topics_of(codes: FloatArray, rate: FloatArray) -> list[Topic]:
-    times = ticks(len(codes), 100.0)
-    return [
-        imu_topic(times, rate),
-        joints_topic("/thrusters/command", times, [NAMES] * len(codes), codes),
-    ]
+    return [rates_topic(rate.tobytes()), codes_topic(np.asarray(codes, float).tobytes())]
+
+
+# encoding takes most of the time of these tests, and most of them have one of the two alike
+@cache
+def rates_topic(rate: bytes) -> Topic:
+    rows = np.frombuffer(rate).reshape(-1, 3)
+    return imu_topic(ticks(len(rows), 100.0), rows)
+
+
+@cache
+def codes_topic(codes: bytes) -> Topic:
+    rows = np.frombuffer(codes).reshape(-1, 4)
+    return joints_topic("/thrusters/command", ticks(len(rows), 100.0), [NAMES] * len(rows), rows)
 
 
 def test_a_run_as_stated_is_not_suspected(tmp_path: Path) -> None:
