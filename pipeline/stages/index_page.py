@@ -1,6 +1,8 @@
 """The receipts of all pages -> the page that leads to them."""
 
 import contextlib
+import html
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -9,10 +11,13 @@ from pipeline.provenance import read_envelope
 from pipeline.report.html import safe_link
 from pipeline.report.page import IndexEntry, Status, write_index
 from pipeline.report.results import TrialDayLink
-from pipeline.stages.design_links import design_links
 from pipeline.stages.diagnosis_links import diagnosis_links
 from pipeline.stages.job import Job
 from pipeline.stages.receipt import PageFile
+
+#: The title stands before everything that is long.
+_HEAD = 4000
+_TITLE = re.compile(r"<title>(.{1,300}?)</title>", re.DOTALL)
 
 
 def run(job: Job) -> str:
@@ -66,3 +71,14 @@ def write_index_again(out: Path) -> None:
     """Write the index anew from what is there, after a page that the workflow does not know of."""
     receipts = sorted((out / "processed").glob("*/vehicle_page.json"))
     write_whole_index(receipts, out / "reports" / "index.html")
+
+
+def design_links(reports: Path) -> tuple[tuple[str, str], ...]:
+    """Return label and address, from `reports`, of each page of a design calculation, by title."""
+    found = []
+    for page in reports.glob("design/*.html"):
+        with page.open(encoding="utf-8", errors="replace") as text:
+            title = _TITLE.search(text.read(_HEAD))
+        label = html.unescape(title[1]).strip() if title else page.stem
+        found.append((label, safe_link(page.relative_to(reports).as_posix())))
+    return tuple(sorted(found))

@@ -10,12 +10,13 @@ from pipeline.design.propeller_design import design_propeller, drive_limit, make
 from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import full_power, least_power, most_thrust, screw
 from pipeline.design.propeller_series import (
+    THRUST_TERMS,
+    TORQUE_TERMS,
     Geometry,
     reynolds_correction,
     thrust_coefficient,
     torque_coefficient,
 )
-from pipeline.design.propeller_series_terms import THRUST_TERMS, TORQUE_TERMS
 from pipeline.errors import CannotComputeError
 from pipeline.vehicle.load import load_checked
 

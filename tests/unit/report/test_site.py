@@ -10,8 +10,7 @@ from pipeline.report import html
 from pipeline.report.blocks import Table
 from pipeline.report.page import index_entry, status_of, write_index
 from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.stages.design_links import design_links
-from pipeline.stages.index_page import write_index_again
+from pipeline.stages.index_page import design_links, write_index_again
 
 
 def test_index_leads_to_every_vehicle_with_its_status(
