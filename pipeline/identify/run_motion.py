@@ -97,7 +97,7 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
             read &= run.reading.get("velocity", read)
             along = followed(velocity[:, has_velocity], read, run_up[:, has_velocity], period)
             if along is not None:
-                velocity[:, has_velocity] = along.value
+                velocity[:, has_velocity] = along
         for k in np.flatnonzero(~has_velocity):
             # its mean is taken off first
             change = period * (plain[:, k] - plain[:, k].mean())

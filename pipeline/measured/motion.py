@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
+from pipeline.physics.complementary_filter import followed
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Imu, Sensors
@@ -24,7 +26,7 @@ class MeasuredMotion:
     `state` (m, 13): position NED [m], quaternion body to NED, velocity over ground and rates in
     body axes; `nu_dot` (m, 6) their rates of change. `measured` (6,) tells of each velocity whether
     the run shows it; one that it does not show stands at zero. `placed` tells whether the position
-    was measured.
+    was measured, `follows` whether the linear velocity follows accelerations.
     """
 
     time_s: FloatArray
@@ -32,6 +34,7 @@ class MeasuredMotion:
     nu_dot: FloatArray
     measured: BoolArray
     placed: bool
+    follows: bool = False
 
     @property
     def nu(self) -> FloatArray:
@@ -71,13 +74,17 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     state[:, 3:7] = turn.as_quat()[:, [3, 0, 1, 2]]
     state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
     omega = state[:, 10:13]
-    known = np.array([False, False, False, True, True, True])
+    known, follows = np.array([False, False, False, True, True, True]), False
     velocity, depth = channel_of(run, "velocity"), channel_of(run, "depth")
     if velocity is not None:
         place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
         at_origin = velocity - np.cross(omega, place)
         state[:, 7:10], nu_dot[:, :3] = _smoothed(at_origin, _window(run, "velocity"), period)
         known[:3] = True
+        along = _along_accelerations(run, sensors, turn, at_origin, state[:, 7:13])
+        if along is not None:
+            follows, state[:, 7:10] = True, along
+            nu_dot[:, :3] = _smoothed(along, _window(run, "specific_force"), period)[1]
     elif depth is not None:
         place = np.array(sensors.depth.position_m) if sensors and sensors.depth else np.zeros(3)
         down = depth[:, 0] - turn.apply(place)[:, 2]
@@ -93,7 +100,28 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         state[:, :3] = position
     if depth is not None:
         state[:, 2] = depth[:, 0]
-    return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None)
+    return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None, follows)
+
+
+def _along_accelerations(
+    run: RunTable,
+    sensors: Sensors | None,
+    turn: Rotation,
+    readings: FloatArray,
+    nu: FloatArray,
+) -> FloatArray | None:
+    """Follow accelerations at the level of readings of the velocity (m, 3), if that is better."""
+    force = channel_of(run, "specific_force")
+    if force is None or "velocity" not in run.reading:
+        return None
+    place = np.array(sensors.imu.position_m) if sensors and sensors.imu else np.zeros(3)
+    omega = nu[:, 3:]
+    turning = np.cross(omega, np.cross(omega, place) + nu[:, :3])
+    change = force + standard_gravity * turn.as_matrix()[:, 2] - turning
+    # up to a row, not half a step beyond it
+    summed = (np.cumsum(change, axis=0) - 0.5 * change) * run.period_s - np.cross(omega, place)
+    read = run.reading["velocity"] & run.trusted("velocity")
+    return followed(readings, read, summed, run.period_s)
 
 
 def _rates_are_steadier(imu: Imu) -> bool:

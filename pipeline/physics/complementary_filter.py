@@ -6,8 +6,6 @@ them: neither an offset of the accelerations nor a steady drift stays (Higgins 1
 Aerosp. Electron. Syst. 11(3), 321-325; here on both sides of a reading, as all of a run is known).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.types import BoolArray, FloatArray
@@ -19,17 +17,9 @@ LEVEL_S = 2.0
 _PARABOLA = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A velocity (m, k), and the rows about each that its level is a mean over."""
-
-    value: FloatArray
-    level_rows: int
-
-
 def followed(
     values: FloatArray, read: BoolArray, summed: FloatArray, period_s: float
-) -> Followed | None:
+) -> FloatArray | None:
     """Follow accelerations, at the level of readings.
 
     Parameters
@@ -45,8 +35,9 @@ def followed(
 
     Returns
     -------
-    Followed or None
-        None where the readings about one foretell it better without accelerations, or are too few.
+    ndarray or None
+        Shape (m, k). None where the readings about one foretell it better without accelerations,
+        or are too few.
     """
     at = np.flatnonzero(read)
     if at.size < len(_PARABOLA):
@@ -63,9 +54,7 @@ def followed(
     if _spread(missed) >= _spread(np.stack(alone, axis=1)):
         return None
     rows = np.arange(len(values))
-    course = [np.interp(rows, at, one) for one in level.T]
-    span = round(count * float(np.median(np.diff(at))))
-    return Followed(summed + np.stack(course, axis=1), max(span, 1))
+    return np.asarray(summed + np.stack([np.interp(rows, at, one) for one in level.T], axis=1))
 
 
 def _mean_about(values: FloatArray, side: int) -> FloatArray:

@@ -45,7 +45,8 @@ class GridRun:
     mean wrench of the thrusters over the period that ends at a row. For each direction `more`
     (m, d, 6) is the mean wrench of a unit of it but for what goes with the acceleration, and
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
-    NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,).
+    NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,). `course`
+    (m, v) are the velocities as accelerations tell their course, with less noise, where they do.
     """
 
     name: str
@@ -59,6 +60,7 @@ class GridRun:
     more: FloatArray
     heavier: FloatArray
     supply: tuple[FloatArray, FloatArray] | None = None
+    course: FloatArray | None = None
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
@@ -127,6 +129,9 @@ def _gridded(
             values -= claimed.of_turning
         names += own
         columns.append(_about(values, rows, row_s, period_s, run, quantity))
+    course = None
+    if motion.follows and len(names) == len(CHANNELS):
+        course = _about(motion.nu, rows, row_s, period_s, run, "specific_force")
     attitude = _attitude(motion.state[:, 3:7], rows, row_s, period_s, run)
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
@@ -138,6 +143,7 @@ def _gridded(
         time_s=edges - run.time_s[0],
         channels=tuple(names),
         velocity=np.concatenate(columns, axis=1),
+        course=course,
         attitude=attitude,
         down=down_axis(attitude),
         wrench=_mean(claimed.wrench, rows),

@@ -93,16 +93,17 @@ class _Rows:
         self.features = _features(self.now, before, run, self.rows)
         self.mean = mean(self.now, before, run, self.rows)
 
-    def signatures(self, force: FloatArray, predicted: FloatArray) -> FloatArray:
+    def signatures(self, force: FloatArray, gained: FloatArray) -> FloatArray:
         """Change of the next velocities (k, d, c) by a unit of each direction.
 
-        The acceleration that a heavier vehicle resists is the predicted one: that which was
-        measured holds what is to be explained, and more noise than motion.
+        What a heavier vehicle resists is the acceleration by which velocities are predicted to have
+        `gained` (k, c) over a period: that which was measured holds what is to be explained, and
+        more noise than motion.
         """
         run = self.run
         rate = np.zeros((len(run.velocity), 6))
         own = [CHANNELS.index(name) for name in run.channels]
-        rate[self.rows[:, None], own] = (predicted - self.now) / run.period_s
+        rate[self.rows[:, None], own] = gained / run.period_s
         more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
         lagged = _lagged(more, self.rows).transpose(0, 2, 1, 3)
         return np.asarray(np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force))
@@ -314,7 +315,7 @@ class Response:
         predicted = one.mean + x @ fit.slope
         remainder = one.next - predicted
         noise = self._noise(remainder)
-        signature = one.signatures(self.force_of(fit.slope), predicted)
+        signature = one.signatures(self.force_of(fit.slope), self._gained(one, fit, predicted))
         count, channels = signature.shape[1], len(self.channels)
         information, score = np.zeros((channels + 1, count, count)), np.zeros((channels + 1, count))
         if one.run.supply is not None:
@@ -333,6 +334,19 @@ class Response:
         along = np.mean(one.run.more * wrench[:, None], axis=0)[:, moved] / power[moved]
         thrust = along.sum(axis=1) / max(int(moved.sum()), 1)
         return Told(information, score, thrust)
+
+    def _gained(self, one: _Rows, fit: _Fit, predicted: FloatArray) -> FloatArray:
+        """Change over a period that is predicted (k, c).
+
+        Noise of a reading now stands in what is predicted from it, and in what that leaves: in slow
+        runs all vehicles would seem lighter. Where accelerations tell the course, it is not used.
+        """
+        course = one.run.course
+        if course is None:
+            return predicted - one.now
+        now, before = course[one.rows - 1], course[one.rows - 2]
+        scaled = (_features(now, before, one.run, one.rows) - self._middle) * self._scale
+        return self._mean(now, before, one.run, one.rows) + scaled @ fit.slope - now
 
     @property
     def force(self) -> FloatArray:
@@ -371,7 +385,7 @@ class Response:
         fit = self._of_all if left_out is None else self._left_out[left_out]
         predicted = one.mean + self._scaled(one) @ fit.slope
         left = one.next - predicted
-        signature = one.signatures(self.force_of(fit.slope), predicted)
+        signature = one.signatures(self.force_of(fit.slope), self._gained(one, fit, predicted))
         return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
 
     def next_of(

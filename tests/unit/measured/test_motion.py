@@ -1,10 +1,20 @@
 """The motion that a run shows."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
-from pipeline.measured.motion import _rates_are_steadier, _steadied
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.measured.motion import _rates_are_steadier, _steadied, measured_motion
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import pack_vehicle
+from pipeline.simulate.sensors import measure
 from pipeline.types import FloatArray
+from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.sensor_schema import Imu
 
 PERIOD_S = 0.05
@@ -56,3 +66,22 @@ def test_rates_that_walk_more_than_the_attitude_wanders_steady_nothing() -> None
     poor = good.model_copy(update={"rate_hz": 5.0, "rate_noise_radps": 1.6e-2})
     assert not _rates_are_steadier(poor)
     assert not _rates_are_steadier(good.model_copy(update={"attitude_wander_rad": 0.0}))
+
+
+@pytest.mark.parametrize("name", ["rov8", "cargo_carrier"])
+def test_a_velocity_follows_the_accelerometer(name: str) -> None:
+    vehicle = load_vehicle(bundled_vehicle(name))
+    packed, sensors = pack_vehicle(vehicle), vehicle.sensors
+    assert sensors is not None
+    flown = fly(packed, MANOEUVRES["multisine"].plan(packed, 1.0, 40.0))
+    run = table_of_log(measure(flown, packed, sensors, seed=2), sensors, name="run")
+    true = np.stack(
+        [np.interp(run.time_s - run.time_s[0], flown.time_s, one) for one in flown.nu[:, :3].T], 1
+    )
+    alone = replace(run, values={k: v for k, v in run.values.items() if k != "specific_force"})
+    found = {with_it: measured_motion(one, sensors) for with_it, one in ((1, run), (0, alone))}
+    assert found[1].follows
+    assert not found[0].follows
+    inside = slice(100, -100)
+    error = {k: np.std((one.nu[:, :3] - true)[inside], axis=0) for k, one in found.items()}
+    assert (error[1] < 0.75 * error[0]).all(), error

@@ -1,5 +1,7 @@
 """A vehicle with a known answer: what is learned of it, and what is told of a change."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -82,6 +84,34 @@ def test_an_acceleration_that_is_to_be_explained_is_not_taken_from_what_was_meas
     response = Response(runs[:4], BENT[0])
     told = response.told(runs[4])
     assert abs(told.score[0] / told.information[0, 0]) < 0.15
+
+
+def test_noise_of_readings_makes_no_slow_vehicle_lighter() -> None:
+    heavier = np.zeros((1, 6, 6))
+    heavier[0, 0, 0] = 1.0 / PUSH
+
+    def z(*, course: bool) -> float:
+        generator, runs = np.random.default_rng(3), []
+        for seed in range(15):
+            run, slow = flown(seed, noise=0.0), 1.0 if seed < 4 else 0.05
+            true = slow * run.velocity
+            runs.append(
+                replace(
+                    run,
+                    velocity=true + 0.02 * generator.standard_normal(true.shape),
+                    course=true if course else None,
+                    wrench=slow * run.wrench,
+                    more=np.zeros((500, 1, 6)),
+                    heavier=heavier,
+                )
+            )
+        response = Response(runs[:5], BENT[0])
+        told = [response.told(run) for run in runs[5:]]
+        score = sum(float(one.score[0]) for one in told)
+        return score / sum(float(one.information[0, 0]) for one in told) ** 0.5
+
+    assert abs(z(course=True)) < 2.5
+    assert z(course=False) < -4.0
 
 
 def test_what_is_taken_off_is_the_change(learned: Response) -> None:
