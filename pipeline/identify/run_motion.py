@@ -88,7 +88,8 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
         plain = force + packed.context.gravity_mps2 * down_axis(attitude)
         plain -= np.cross(omega, np.cross(omega, lever) + np.where(moving, velocity, 0.0))
         plain = np.where(felt[:, None], plain, 0.0)
-        run_up = period * np.cumsum(plain, axis=0) - np.cross(omega, lever)
+        # up to a row, not half a step beyond it
+        run_up = period * (np.cumsum(plain, axis=0) - 0.5 * plain) - np.cross(omega, lever)
         known = felt[:, None] & (moving | ~has_velocity)
         sources = ["specific_force"] * 3
         # noise of the velocity would stand in drag and thrust at once, as thrust without effect
