@@ -7,6 +7,7 @@ what its grammar passes over although it changes the layout) is refused here.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal
 
 #: Step into a message: the name of a field or the number of an element.
@@ -133,6 +134,7 @@ _ROS1_HEADER = (
 )
 
 
+@lru_cache(maxsize=256)  # topics and logs share their types
 def parse_definition(name: str, text: str, language: str) -> Definition:
     r"""Parse the definition of a message with those of the messages in it.
 

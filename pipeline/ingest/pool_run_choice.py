@@ -15,7 +15,7 @@ from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_resample import on_rows
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
@@ -143,10 +143,11 @@ def _wrong_frames(group: Sequence[ChannelSource], run: PoolRun) -> Mapping[str, 
     if len(bodies) < 2 or attitude is None:
         return {}
     tables = {
-        channel.topic: resample(
+        channel.topic: on_rows(
             replace(run, channels={"velocity": channel, "attitude": attitude}),
             _TABLE_HZ,
-            quantities=("velocity", "attitude"),
+            "velocity",
+            "attitude",
         )
         for channel in bodies
     }

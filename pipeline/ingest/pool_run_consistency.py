@@ -15,7 +15,7 @@ from pipeline.ingest.pool_run_down import (
     position_against_depth,
     turning,
 )
-from pipeline.ingest.pool_run_resample import resample, thrusters_of
+from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.ingest.quantities import largest
@@ -178,7 +178,7 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Compare rates with what the attitude says; they may have another unit, sign or axes."""
     if not {"attitude", "angular_velocity"} <= set(run.channels):
         return
-    table = resample(run, _TABLE_HZ, quantities=("attitude", "angular_velocity"))
+    table = on_rows(run, _TABLE_HZ, "attitude", "angular_velocity")
     rows = table.valid["attitude"] & table.valid["angular_velocity"]
     if rows.sum() < 100:
         return
@@ -235,7 +235,7 @@ def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
     names = [name for name in thrusters_of(run, "command") if name in shafts]
     if not names:
         return
-    table = resample(run, _TABLE_HZ, quantities=("command", "shaft_speed"))
+    table = on_rows(run, _TABLE_HZ, "command", "shaft_speed")
     columns = [table.thrusters.index(name) for name in names if name in table.thrusters]
     code = table.values["command"][:, columns]
     speed = table.values["shaft_speed"][:, columns]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_resample import on_rows
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import quaternion_product
 from pipeline.types import FloatArray
@@ -42,7 +42,7 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> Iterator[Problem]:
     """
     if not {"attitude", "specific_force"} <= set(run.channels):
         return
-    table = resample(run, _TABLE_HZ, quantities=("attitude", "specific_force"))
+    table = on_rows(run, _TABLE_HZ, "attitude", "specific_force")
     rows = table.valid["attitude"] & table.valid["specific_force"]
     force = table.values["specific_force"][rows]
     down = down_in_body(table.values["attitude"][rows])
@@ -72,7 +72,7 @@ def gravity_against_rates(run: PoolRun, place: Place) -> Iterator[Problem]:
     needed = {"angular_velocity", "specific_force"}
     if "attitude" in run.channels or not needed <= set(run.channels):
         return
-    table = resample(run, _TABLE_HZ, quantities=("angular_velocity", "specific_force"))
+    table = on_rows(run, _TABLE_HZ, "angular_velocity", "specific_force")
     rows = table.valid["angular_velocity"] & table.valid["specific_force"]
     force, rate = (table.values[name] for name in ("specific_force", "angular_velocity"))
     if rows.sum() < _LEAST_ROWS:
@@ -218,7 +218,7 @@ def depth_too_fast(run: PoolRun, place: Place) -> Iterator[Problem]:
     channel = run.channels.get("depth")
     if channel is None:
         return
-    depth = resample(run, _TABLE_HZ, quantities=("depth",)).values["depth"][:, 0]
+    depth = on_rows(run, _TABLE_HZ, "depth").values["depth"][:, 0]
     change = np.abs(depth[_SMOOTH:] - depth[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
     change = change[np.isfinite(change)]
     fast = float(np.quantile(change, 0.9)) if change.size > _SMOOTH else 0.0

@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pipeline.ingest.pool_run_resample import into_body, resample, thrusters_of
+from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -88,7 +88,7 @@ def meant_otherwise(
     commanded = thrusters_of(run, "command")
     if not commanded:
         return ""
-    code = np.nan_to_num(resample(run, rate_hz, quantities=("command",)).values["command"])
+    code = np.nan_to_num(on_rows(run, rate_hz, "command").values["command"])
     direction = {one.name: one.direction for one in vehicle.thrusters}
     arms = np.array([direction.get(name, (0.0, 0.0, 0.0)) for name in table.thrusters])
     largest = float(np.abs(code).max(initial=0.0))

@@ -67,6 +67,8 @@ def _place_on(
 def kept_readings(channel: RunChannel, begin_ns: int) -> tuple[FloatArray, FloatArray]:
     """Return times (k,) [s] and values (k, n) of the readings that count, sorted, one a time."""
     kept = channel.usable()
+    if kept.all() and (np.diff(channel.time_ns) > 0).all():
+        return (channel.time_ns - begin_ns) / 1e9 - channel.delay_s, channel.values
     time_ns = channel.time_ns[kept] - begin_ns
     order = np.argsort(time_ns, kind="stable")
     time_ns, readings = time_ns[order], channel.values[kept][order]
@@ -100,6 +102,7 @@ def resample(
     *,
     quantities: Sequence[str] | None = None,
     by_step: bool = False,
+    off_rows: bool = True,
 ) -> RunTable:
     """Put the channels of a run onto one evenly spaced time base.
 
@@ -123,6 +126,8 @@ def resample(
     by_step : bool
         Each row has the mean of the commands over the step that follows it, for simulation from row
         to row: the one at the row would be late by half a step on average, as if the drives lagged.
+    off_rows : bool
+        Keep how readings differ from the rows nearest to them.
 
     Returns
     -------
@@ -163,7 +168,8 @@ def resample(
             notes += said
         else:
             placed = _placed(channels[0], begin_ns, time_s)
-            off = OffRow.of(time_s, placed[0], *kept_readings(channels[0], begin_ns))
+            read = kept_readings(channels[0], begin_ns)
+            off = OffRow.of(time_s, placed[0], *read) if off_rows else None
             if off is not None:
                 off_row[quantity] = off
         values[quantity], valid[quantity], reading[quantity] = placed
@@ -179,6 +185,11 @@ def resample(
         begin_ns,
         _left_out(run, wanted),
     )
+
+
+def on_rows(run: PoolRun, rate_hz: float, *quantities: str) -> RunTable:
+    """Resample some quantities to compare them with each other."""
+    return resample(run, rate_hz, quantities=quantities, off_rows=False)
 
 
 def thrusters_of(run: PoolRun, quantity: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body, turning
-from pipeline.ingest.pool_run_resample import resample, thrusters_of
+from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -149,7 +149,7 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     known = [name for name in ("angular_velocity", "attitude") if name in run.channels]
     if not names or not known:
         return None
-    table = resample(run, _TABLE_HZ, quantities=("command", *known))
+    table = on_rows(run, _TABLE_HZ, "command", *known)
     names = tuple(name for name in table.thrusters if name in names)
     if not names:
         return None  # the log commands thrusters that the vehicle file does not have

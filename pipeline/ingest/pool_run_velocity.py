@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_meant import Reading, meant_otherwise
-from pipeline.ingest.pool_run_resample import into_body, resample, thrusters_of
+from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -43,7 +43,7 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     beside = [name for name in ("attitude", "depth", "position") if name in run.channels]
     if "attitude" not in beside and "angular_velocity" in run.channels:
         beside.append("angular_velocity")
-    table = resample(run, _TABLE_HZ, quantities=("velocity", *beside))
+    table = on_rows(run, _TABLE_HZ, "velocity", *beside)
     channel = run.channels[names[0]]
     readings = _readings(channel, table)
     there = table.valid["velocity"] & table.valid.get("attitude", table.valid["velocity"])
