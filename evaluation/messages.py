@@ -126,8 +126,9 @@ def _of_template(text: str) -> Iterator[FoundMessage]:
 
 def _of_module(text: str, name: str) -> Iterator[FoundMessage]:
     tree = ast.parse(text)
-    silent = _not_shown(tree)
-    for node in _in_order(tree):
+    every = list(_in_order(tree))
+    silent = _not_shown(tree, every)
+    for node in every:
         if isinstance(node, ast.FunctionDef) and _is_command(node):
             for paragraph in help_paragraphs(ast.get_docstring(node, clean=True) or ""):
                 yield FoundMessage(paragraph)
@@ -159,9 +160,11 @@ def help_paragraphs(text: str) -> Iterator[str]:
 
 def _in_order(tree: ast.AST) -> Iterator[ast.AST]:
     """Walk as a person reads."""
-    yield tree
-    for child in ast.iter_child_nodes(tree):
-        yield from _in_order(child)
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        waiting += reversed(list(ast.iter_child_nodes(node)))
 
 
 def _is_command(node: ast.FunctionDef) -> bool:
@@ -178,10 +181,11 @@ def _counted(node: ast.Call) -> Iterator[FoundMessage]:
         yield FoundMessage(f"{{0}} {words[0]}", f"{{0}} {many}")
 
 
-def _not_shown(tree: ast.Module) -> set[ast.AST]:
+def _not_shown(tree: ast.Module, every: Iterable[ast.AST]) -> set[ast.AST]:
     """Collect what is no message: docstrings, parts of f-strings, texts for programmers."""
-    names = (one for one in tree.body if ast.unparse(one).startswith("__all__ "))
-    silent = {node for top in ast.walk(tree) for one in _silent_in(top) for node in one}
+    assigned = (one for one in tree.body if isinstance(one, ast.Assign))
+    names = [one for one in assigned if ast.unparse(one.targets[0]) == "__all__"]
+    silent = {node for top in every for one in _silent_in(top) for node in one}
     return silent.union(*map(ast.walk, names))
 
 

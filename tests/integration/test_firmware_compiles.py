@@ -293,6 +293,7 @@ def test_single_precision_is_the_models_to_the_bit(library: Library) -> None:
         assert (got_n == wanted_n).all()
 
 
+@pytest.mark.parametrize("generated", ["table2", "largest_codes"], indirect=True)
 def test_fused_operations_change_a_few_last_places(
     generated: tuple[FirmwareCharacteristic, Path],
 ) -> None:
