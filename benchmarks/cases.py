@@ -1,11 +1,14 @@
 """Vehicles and commands of the benchmarks, made here so that they need no vehicle file."""
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from pipeline.effects.effect import EffectContext
 from pipeline.physics.parameters import MOST_THRUSTERS, MOST_WALLS, neutral_vector, read, write
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import initial_state
+from pipeline.simulate.run import Method, Trajectory, initial_state, run
 from pipeline.types import FloatArray
 
 GRAVITY_MPS2 = 9.81
@@ -164,3 +167,27 @@ def multisine(steps: int, thrusters: int = 5, dt_s: float = 0.02) -> FloatArray:
     return np.asarray(
         25.0 + 55.0 * np.sin(rate * t + phase) + 25.0 * np.sin(2.7 * rate * t + 2.0 * phase)
     )
+
+
+def run_many(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    vectors: Sequence[FloatArray],
+    *,
+    dt_s: float,
+    start: FloatArray | None = None,
+    method: Method = "rk4",
+    threads: int = 2,
+) -> list[Trajectory]:
+    """Simulate the same commands with several parameter vectors, over threads.
+
+    Parameters as in `run`; the kernel lets go of the interpreter's lock while it computes.
+    """
+
+    def one(vector: FloatArray) -> Trajectory:
+        return run(packed, commands, dt_s=dt_s, vector=vector, start=start, method=method)
+
+    if threads <= 1 or len(vectors) < 2:
+        return [one(vector) for vector in vectors]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(one, vectors))

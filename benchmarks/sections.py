@@ -21,7 +21,7 @@ from benchmarks.peer_numpy import simulate_numpy
 from benchmarks.sensitivity import BODY_CHANNELS, jacobian, parameter_scale
 from pipeline.physics.parameters import offset, write
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Method, run, run_many
+from pipeline.simulate.run import Method, run
 from pipeline.simulate.tether import LumpedMassTether
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray
@@ -114,7 +114,7 @@ def two_cores(*, quick: bool) -> list[Figures]:
     found = []
     for method in METHODS:
         many = partial(
-            run_many, packed, commands, vectors, dt_s=DT_S, start=cases.START, method=method
+            cases.run_many, packed, commands, vectors, dt_s=DT_S, start=cases.START, method=method
         )
         calls = {str(threads): partial(many, threads=threads) for threads in (1, 2)}
         times = interleaved(calls, rounds, time.perf_counter)
@@ -181,7 +181,7 @@ def growth_with_trajectories(*, quick: bool) -> list[Figures]:
     for count in (1, 8) if quick else (1, 2, 4, 8, 16, 32, 64, 128):
         vectors = [packed.vector] * count
         many = partial(
-            run_many,
+            cases.run_many,
             packed,
             commands,
             vectors,
@@ -265,7 +265,7 @@ def sensitivity(*, quick: bool) -> Figures:
             differentiate(vector=vector)
 
     calls: dict[str, Callable[[], object]] = {
-        "runs": partial(run_many, packed, commands, vectors, **options),
+        "runs": partial(cases.run_many, packed, commands, vectors, **options),
         "jacobian": partial(differentiate, vector=vectors[0]),
     }
     times = interleaved(calls, rounds, time.perf_counter)

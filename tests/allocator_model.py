@@ -75,7 +75,7 @@ def allocate_fixed(
     thrust, flags = _divide(do, layout, wrench, low, high)
     own = do.times(thrust, np.where(thrust < 0, over[:, 1], over[:, 0]), 24)
     codes = _sent(layout, by_type(layout, tables, fixed_point.code_from_thrust, own, along))
-    told = _told(by_type(layout, tables, fixed_point.thrust_flags, own, along))
+    told = _told(by_type(layout, tables, fixed_flags, own, along))
     return thrust, codes, flags | told
 
 
@@ -175,3 +175,19 @@ def _divide_by_paper(
     ):
         thrust[:, place] = np.clip(value, low[:, place], high[:, place])
     return thrust, flags
+
+
+def fixed_flags(tables: FixedTables, thrust_q16: IntArray, speed_q16: IntArray) -> IntArray:
+    """Do what ``<vehicle>_thruster_flags_q`` does."""
+    thrust, speed = np.broadcast_arrays(
+        np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)
+    )
+    most, least = (fixed_point.thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
+    live = np.abs(thrust) > tables.thrust_dead_q16
+    flags: IntArray = (
+        FLAG["SATURATED"] * ((thrust > most) | (thrust < least))
+        + FLAG["OUT_OF_TESTED_RANGE"] * (np.abs(speed) > tables.tested_q16)
+        + FLAG["IN_DEAD_ZONE"] * (~live & (thrust != 0))
+        + FLAG["AGAINST_THE_MOTION"] * (live & (np.sign(thrust) * np.sign(speed) < 0))
+    )
+    return flags

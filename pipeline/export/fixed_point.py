@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.control.bounded_allocation import EPSILON, Arithmetic
-from pipeline.export.grid_check import FLAG, largest_negative
+from pipeline.export.grid_check import largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
 
@@ -265,21 +265,3 @@ def thrust_limit(tables: FixedTables, speed_q16: IntLike, *, sign: int) -> npt.N
         _row_at(tables.positive, v)[0].reshape(speed.shape) for v in (size, np.zeros_like(size))
     )
     return np.where(speed < 0, np.minimum(limit, at_rest), limit)
-
-
-def thrust_flags(
-    tables: FixedTables, thrust_q16: IntLike, speed_q16: IntLike
-) -> npt.NDArray[np.int64]:
-    """Do what ``<vehicle>_thruster_flags_q`` does."""
-    thrust, speed = np.broadcast_arrays(
-        np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)
-    )
-    most, least = (thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
-    live = np.abs(thrust) > tables.thrust_dead_q16
-    flags: npt.NDArray[np.int64] = (
-        FLAG["SATURATED"] * ((thrust > most) | (thrust < least))
-        + FLAG["OUT_OF_TESTED_RANGE"] * (np.abs(speed) > tables.tested_q16)
-        + FLAG["IN_DEAD_ZONE"] * (~live & (thrust != 0))
-        + FLAG["AGAINST_THE_MOTION"] * (live & (np.sign(thrust) * np.sign(speed) < 0))
-    )
-    return flags

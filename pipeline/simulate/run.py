@@ -1,7 +1,6 @@
 """Run the kernel: one trajectory, or many with perturbed parameters over threads."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -231,30 +230,6 @@ def trajectory(  # noqa: PLR0917 - what the kernel filled
         thrust_n=thrusts[:, :count],
         final_state=states[-1].copy(),
     )
-
-
-def run_many(
-    packed: PackedVehicle,
-    commands: FloatArray,
-    vectors: Sequence[FloatArray],
-    *,
-    dt_s: float,
-    start: FloatArray | None = None,
-    method: Method = "rk4",
-    threads: int = 2,
-) -> list[Trajectory]:
-    """Simulate the same commands with several parameter vectors, over threads.
-
-    Parameters as in `run`; the kernel lets go of the interpreter's lock while it computes.
-    """
-
-    def one(vector: FloatArray) -> Trajectory:
-        return run(packed, commands, dt_s=dt_s, vector=vector, start=start, method=method)
-
-    if threads <= 1 or len(vectors) < 2:
-        return [one(vector) for vector in vectors]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(one, vectors))
 
 
 class Mover(Protocol):

@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from benchmarks.cases import run_many
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import initial_state, run, run_many
+from pipeline.simulate.run import initial_state, run
 
 Make = Callable[..., PackedVehicle]
 
