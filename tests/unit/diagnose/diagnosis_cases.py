@@ -25,7 +25,7 @@ def small_case(
     faults: Sequence[str] = (),
     *,
     manoeuvres: Sequence[str] = ("prbs", "surge_steps"),
-    seconds: float = 18.0,
+    seconds: float = 16.0,
     seed: int = 1,
     effects: Sequence[str] = EFFECTS,
 ) -> Case:
