@@ -98,7 +98,7 @@ def meant_otherwise(
     # between a linear and a quadratic characteristic
     lagging = [_lagging(effort * np.sqrt(np.abs(effort)), rate_hz * lag_s) for lag_s in _LAGS_S]
     found = list(_meanings(readings, _pushes(lagging, arms, down), parts))
-    for how, changed in _rearranged(arms, table.thrusters):
+    for how, changed in rearranged(arms, table.thrusters):
         pushes = _pushes(lagging, changed, down)
         left = np.array([_left(own[part], _AS_IT_IS, pushes, part)[0] for part in parts])
         found.append(_Meaning(left, how, how, fitted=True))
@@ -119,12 +119,12 @@ def _told(found: Sequence[_Meaning], what: str) -> str:
     kinds = {one.kind: one for one in reversed(better) if one.left[0] < better[0].left[0] + _ALIKE}
     if not kinds:
         return ""
-    listed = " or ".join(
-        f"{100.0 * (1.0 - one.left[0]):.0f} % if read {one.how}"
+    listed = "; ".join(
+        f"{100.0 * (1.0 - one.left[0]):.0f} % if {one.how}"
         for one in sorted(kinds.values(), key=lambda one: one.left[0])[:_MOST_TOLD]
     )
     share = f"{100.0 * (1.0 - as_read[0]):.0f} %"
-    return f"contradicts the motion: {what} explains {share} of it as it was read, {listed}."
+    return f"contradicts the motion: {what} explains {share} of it as it was read; {listed}."
 
 
 def _meanings(
@@ -132,7 +132,8 @@ def _meanings(
 ) -> Iterator[_Meaning]:
     """Score all readings that need no other order of thrusters; the first is as it was read."""
     for reading in readings:
-        how, matrices = f"with {reading.how}", _ABOUT_DOWN if reading.any_heading else _AS_IT_IS
+        how = f"stated as {reading.how}"
+        matrices = _ABOUT_DOWN if reading.any_heading else _AS_IT_IS
         each = np.array([_left(reading.velocity[one], matrices, references, one) for one in parts])
         left = each[:, each[0].argmin()]
         yield _Meaning(left, how, how, fitted=reading.any_heading)
@@ -191,16 +192,16 @@ def _thinned(rows: BoolArray) -> BoolArray:
     return kept
 
 
-def _rearranged(arms: FloatArray, names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
+def rearranged(arms: FloatArray, names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
+    """Yield arms (thrusters, k) with two exchanged or one turned round; those that differ."""
+    changes = []
     for i, j in combinations(range(len(arms)), 2):
-        changed = arms.copy()
-        changed[[i, j]] = arms[[j, i]]
-        if np.abs(changed - arms).max() > 1e-3:
-            yield f"with the commands of {names[i]} and {names[j]} swapped", changed
-    for i in range(len(arms)):
-        changed = arms.copy()
-        changed[i] *= -1.0
-        yield f"with {names[i]} reversed", changed
+        changes.append((f"{names[i]} and {names[j]} are swapped", arms.copy()))
+        changes[-1][1][[i, j]] = arms[[j, i]]
+    for i, name in enumerate(names):
+        changes.append((f"{name} is reversed", arms.copy()))
+        changes[-1][1][i] *= -1.0
+    yield from ((how, changed) for how, changed in changes if np.abs(changed - arms).max() > 1e-3)
 
 
 def _about_down(turn_deg: float) -> FloatArray:
@@ -219,12 +220,15 @@ def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
     for turn in _TURNS_DEG:
         about = _about_down(turn)
         if turn:
-            yield ("turned", f"turned by {turn} degrees (sensors: dvl: rotation_deg)"), about
-            flipped = f"with y to port and z up, turned by {turn} degrees"
+            yield (
+                ("turned", f"it is read turned by {turn} degrees (sensors: dvl: rotation_deg)"),
+                about,
+            )
+            flipped = f"it is read with y to port and z up, turned by {turn} degrees"
             yield ("flipped", flipped), about @ _PORT_AND_UP
         for azimuths in _BEAMS_DEG:
             for sign in (1.0, -1.0):
-                of_beams = "as speeds along the beams of a DVL"
+                of_beams = "it is read as speeds along the beams of a DVL"
                 yield ("beams", of_beams), sign * about @ _of_beams(azimuths)
 
 

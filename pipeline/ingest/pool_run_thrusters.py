@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body, turning
+from pipeline.ingest.pool_run_meant import rearranged
 from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
@@ -133,15 +133,7 @@ def _rearranged(
     if not sign_is_known:
         found = {f"the {name} rate is reversed": arms * flip for name, flip in _FLIPS.items()}
         found["the rates are all reversed"] = -arms
-    for i, j in combinations(range(len(arms)), 2):
-        changed = arms.copy()
-        changed[[i, j]] = changed[[j, i]]
-        found[f"{names[i]} and {names[j]} are swapped"] = changed
-    for i in range(len(arms)):
-        changed = arms.copy()
-        changed[i] *= -1.0
-        found[f"{names[i]} is reversed"] = changed
-    return {name: changed for name, changed in found.items() if np.abs(changed - arms).max() > 1e-3}
+    return found | dict(rearranged(arms, names))
 
 
 def _moments_of(run: PoolRun) -> _Moments | None:

@@ -134,7 +134,7 @@ def test_a_velocity_over_the_earth_without_a_position(
         earth = earth[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
         logged = tuple(one for one in logged if one != "depth")  # it would tell that z points up
     said = warned(tmp_path, moved, earth, logged)
-    assert f"with {{quantity: velocity_earth, earth_axes: {axes}}}" in said
+    assert f"% if stated as {{quantity: velocity_earth, earth_axes: {axes}}}" in said
 
 
 @pytest.mark.parametrize("logged", [ALL, ("depth",), ()])
@@ -163,4 +163,4 @@ def test_swapped_thrusters_show_in_the_velocity(order: list[int], two: str, tmp_
     moved = motion()
     moved.codes = moved.codes[:, order]
     said = warned(tmp_path, moved, moved.velocity, ())
-    assert f"with the commands of {two} swapped" in said
+    assert f"% if {two} are swapped" in said
