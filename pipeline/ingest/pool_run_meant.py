@@ -29,6 +29,8 @@ _UNDER_WAY_MPS, _FEWEST_ROWS, _ENOUGH_ROWS = 0.05, 120, 20_000
 _LEAST_FITTED, _LEAST_FIXED = 0.25, 0.08
 #: What another reading leaves of that at most, in the whole run and in each half of it.
 _MOST_LEFT, _MOST_LEFT_OF_HALF = 0.4, 0.75
+#: What the rate of position leaves at most of a velocity that is as it was read.
+_AGREES = 0.1
 #: Readings that leave so little more than the best are told beside it, up to so many.
 _ALIKE, _MOST_TOLD = 0.03, 3
 _TURNS_DEG = range(-165, 181, 15)
@@ -82,9 +84,11 @@ def meant_otherwise(
     down = _rate(table.values["depth"], rate_hz)[:, 0] if "depth" in table.values else None
     if {"position", "attitude"} <= set(table.values):
         way = into_body(_rate(table.values["position"], rate_hz), table.values["attitude"])
-        said = _told(list(_meanings(readings, [way], parts)), "the rate of position")
-        if said:
+        by_place = list(_meanings(readings, [way], parts))
+        if said := _told(by_place, "the rate of position"):
             return said
+        if by_place[0].left[0] < _AGREES:
+            readings = readings[:1]  # a vehicle that turns may slip sideways
     commanded = thrusters_of(run, "command")
     if not commanded:
         return ""
@@ -98,8 +102,11 @@ def meant_otherwise(
     # between a linear and a quadratic characteristic
     lagging = [_lagging(effort * np.sqrt(np.abs(effort)), rate_hz * lag_s) for lag_s in _LAGS_S]
     found = list(_meanings(readings, _pushes(lagging, arms, down), parts))
+    changing = _left_of_changes(own, _pushes(lagging, arms, down), parts)
     for how, changed in rearranged(arms, table.thrusters):
         pushes = _pushes(lagging, changed, down)
+        if (_left_of_changes(own, pushes, parts) > _MOST_LEFT_OF_HALF * changing).any():
+            continue
         left = np.array([_left(own[part], _AS_IT_IS, pushes, part)[0] for part in parts])
         found.append(_Meaning(left, how, how, fitted=True))
     return _told(found, "the push of the thrusters")
@@ -137,6 +144,8 @@ def _meanings(
         each = np.array([_left(reading.velocity[one], matrices, references, one) for one in parts])
         left = each[:, each[0].argmin()]
         yield _Meaning(left, how, how, fitted=reading.any_heading)
+    if len(readings) == 1:
+        return
     turned = [_left(readings[0].velocity[part], _TURNED, references, part) for part in parts]
     for (kind, how), left in zip(_TURNED_HOW, np.transpose(turned), strict=True):
         yield _Meaning(left, kind, how, fitted=True)
@@ -156,6 +165,18 @@ def _left(
         explained = np.maximum(along, 0.0) ** 2 / np.where(known, power, 1.0)
         gained = np.maximum(gained, np.where(known, explained, 0.0))
     return np.asarray(1.0 - gained.sum(axis=1) / total)
+
+
+def _left_of_changes(
+    velocity: FloatArray, references: Sequence[FloatArray], parts: Sequence[BoolArray]
+) -> FloatArray:
+    """Return what is left of a velocity less its mean: steady thrust does not tell thrusters."""
+    left = []
+    for rows in parts:
+        moved = [one - one[rows].mean(axis=0) for one in references]
+        changes = velocity[rows] - velocity[rows].mean(axis=0)
+        left.append(_left(changes, _AS_IT_IS, moved, rows)[0])
+    return np.array(left)
 
 
 def _pushes(
