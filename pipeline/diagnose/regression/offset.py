@@ -18,7 +18,7 @@ from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
 #: Standard deviations that are tried, in units of the directions, and directions of a channel.
-_WIDTHS, _MOST = (0.03, 0.1, 0.3, 1.0, 3.0), 6
+_WIDTHS, _MOST = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0), 6
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,10 @@ def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
         own = [one.of_channel(c) for one in sound]
         for _ in range(_MOST):
             found = _plainest(_removed(own, share[c : c + 1], variance[c : c + 1]))
-            if found is None or variance[c, found[0]] > 0.0:
+            if found is None:
                 break
-            variance[c, found[0]] = found[1]
+            # one that was chosen before was not wide enough
+            variance[c, found[0]] += found[1]
     return _told_by(sound, share, variance)
 
 

@@ -43,3 +43,19 @@ def test_many_runs_are_told_no_better_than_the_offset_is_known() -> None:
     offset = offset_of([says(BIAS, seed) for seed in range(4)], TRUSTED)
     together = sum(offset.removed(says(BIAS, seed), 50).information for seed in range(50))
     assert 1.0 / np.linalg.inv(together)[1, 1] < 1.01 / offset.covariance[0, 1, 1]
+
+
+def test_an_offset_beyond_what_was_tried_first_is_taken_off_as_a_whole() -> None:
+    # a direction that hardly tells anything may stand for an error of another form
+    far, vague = np.array([0.0, 60.0, 0.0]), 1e-3 * INFORMATION
+    generator = np.random.default_rng(2)
+    sound = [
+        Told(
+            vague[None],
+            (vague @ far + generator.multivariate_normal(np.zeros(3), vague))[None],
+            np.zeros(3),
+        )
+        for _ in range(4)
+    ]
+    offset = offset_of(sound, TRUSTED)
+    assert offset.mean[0, 1] == pytest.approx(60.0, abs=3.0 / (4.0 * vague[1, 1]) ** 0.5)
