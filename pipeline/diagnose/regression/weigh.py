@@ -19,7 +19,7 @@ from scipy.special import log_ndtr, logsumexp
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
 from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
-from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
+from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary, without_alike
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
@@ -67,7 +67,7 @@ class _Runs:
     ) -> None:
         self.count, self._directions, self._width = len(told), directions, ordinary.width
         self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
-        self._told = [one.tempered(ordinary.share) for one in told]
+        self._told = [without_alike(one, ordinary, len(told)) for one in told]
         self.information, self.score = [], []
         for own in self._told:
             information, score = beyond_ordinary(own, ordinary.width)

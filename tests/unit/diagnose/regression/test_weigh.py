@@ -32,7 +32,7 @@ DIRECTIONS = (
         0.1,
     ),
 )
-ORDINARY = Ordinary(np.full(3, 0.1), np.ones(1))
+ORDINARY = Ordinary(np.full(3, 0.1), np.ones(1), np.zeros(3), np.zeros((3, 3)))
 
 
 def told(size: tuple[float, ...], information: float = 400.0) -> Told:
@@ -74,7 +74,7 @@ def test_a_weak_thruster_is_counted_against_the_thrust_of_its_run() -> None:
     )
     every = 4000.0 * np.eye(4)
     run = Told(every[None], 4000.0 * np.array([[-0.4, 0.0, 0.0, 1.0]]), np.array([0, 0, 0, -0.5]))
-    ordinary = Ordinary(np.array([0.05, 0.05, 0.1, 1.0]), np.ones(1))
+    ordinary = Ordinary(np.array([0.05, 0.05, 0.1, 1.0]), np.ones(1), np.zeros(4), np.zeros((4, 4)))
     found = weighed([run], (*DIRECTIONS, scale), ordinary)
     weak = next(one for one in found if one.name == "thruster_degraded@left")
     value, low, high = sizes(weak, (*DIRECTIONS, scale))[0]
@@ -209,3 +209,24 @@ def test_the_joint_posterior_is_the_ridge() -> None:
     assert mean == pytest.approx(inverse @ one.score)
     assert variance == pytest.approx(np.diag(inverse))
     assert one.tempered(np.array([0.5])).score == pytest.approx([0.5, -0.5])
+
+
+def test_what_all_sound_runs_share_is_no_change() -> None:
+    stated, alike = np.full(3, 0.1), (0.0, 0.0, 0.4)
+    ordinary = ordinary_of([told(alike, 60.0)] * 4, DIRECTIONS, stated)
+    assert ordinary.mean[2] == pytest.approx(0.4, abs=0.1)
+    same = [told(alike, 60.0)] * 4
+    assert weighed(same, DIRECTIONS, ordinary)[0].name == NONE
+    # without it, it would be one
+    blind = Ordinary(ordinary.width, ordinary.share, np.zeros(3), np.zeros((3, 3)))
+    assert weighed(same, DIRECTIONS, blind)[0].name == "residual_buoyancy"
+    first = weighed([told((0.0, 0.0, 1.4), 60.0)] * 4, DIRECTIONS, ordinary)[0]
+    assert first.name == "residual_buoyancy"
+    assert first.mean[0] == pytest.approx(1.0, abs=0.15)
+
+
+def test_of_sound_runs_that_share_nothing_nothing_is_taken_off() -> None:
+    sizes_of = ((0.1, 0.0, -0.1), (-0.1, 0.1, 0.1), (0.0, -0.1, 0.05), (0.05, 0.0, -0.05))
+    ordinary = ordinary_of([told(one) for one in sizes_of], DIRECTIONS, np.full(3, 0.1))
+    assert not ordinary.mean.any()
+    assert not ordinary.covariance.any()
