@@ -124,7 +124,7 @@ def _at_their_sizes(
     own, taken, rounds = list(runs), dict[int, float](), 0
     while True:
         told = known.told(own)
-        ranking = weighed(told, directions, known.ordinary, gained)
+        ranking = weighed(told, directions, known.ordinary, gained, known.sound)
         sizes = {
             k: float(np.clip(size, *directions[k].bounds))
             for one in [one for one in ranking if "+" not in one.name][_LIKELIEST - 1 :: -1]

@@ -9,7 +9,6 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.known import Reference
-from pipeline.diagnose.regression.ordinary import without_alike
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import (
     ChannelGap,
@@ -202,7 +201,7 @@ def _closed(before: float, after: float) -> float | None:
 
 def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
     """Size of each direction that is named, from some runs alone."""
-    told = [without_alike(one, known.ordinary, len(runs)) for one in known.told(runs)]
+    told = [one.tempered(known.ordinary.share) for one in known.told(runs)]
     own = list(said.first.which)
     found = np.zeros(len(known.directions))
     information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]

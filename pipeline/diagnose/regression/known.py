@@ -41,7 +41,8 @@ class Reference:
     """A vehicle as its sound runs show it; `why` tells why it decides.
 
     `offset` is what the response is off by in all of them alike; `stated` and `ordinary` are what
-    its directions differ by between runs, before and after these runs were seen; `table` says how
+    its directions differ by between runs, before and after these runs were seen; `sound` is what
+    each of them says, predicted from the others, without the offset; `table` says how
     well runs that were left out are predicted.
     """
 
@@ -50,6 +51,7 @@ class Reference:
     offset: Offset
     stated: FloatArray
     ordinary: Ordinary
+    sound: tuple[Told, ...]
     table: tuple[Prediction, ...]
     used: bool
     why: str
@@ -130,10 +132,11 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         else max(found, key=lambda one: one[1].trusted)
     )
     offset = offset_of(sound, ordinary.share)
-    ordinary = ordinary_of(without_offset(sound, ordinary.share), directions, stated)
+    alone = without_offset(sound, ordinary.share)
+    ordinary = ordinary_of(alone, directions, stated)
     table = predictions(response, files)
     used, why = decides(table)
-    return Reference(directions, response, offset, stated, ordinary, table, used, why)
+    return Reference(directions, response, offset, stated, ordinary, tuple(alone), table, used, why)
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:

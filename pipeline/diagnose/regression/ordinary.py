@@ -16,7 +16,6 @@ import numpy as np
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.response import Told
-from pipeline.identify.gain_estimates import log_evidence
 from pipeline.types import FloatArray
 
 #: Standard deviation of ln of a parameter's scale of variances before any run was seen, and steps
@@ -25,8 +24,6 @@ _SCALE_WIDTH, _NEWTON, _OWN_RUNS = 1.5, 20, 4.0
 #: No direction is wider than so many times what was stated.
 _WIDEST = 1.5
 _ROUNDS = 40
-#: What all runs differ by, in what was stated: standard deviations that are tried.
-_ALIKE = (0.0, 0.5, 1.0, 2.0, 4.0)
 #: Directions that are told to less than this of their width say nothing of the noise. Squares of
 #: three standard deviations and more count as three. Least share of the information that is left.
 _LEAST_TOLD, _MOST_SQUARE, _LEAST_SHARE = 0.05, 9.0, 0.01
@@ -34,17 +31,10 @@ _LEAST_TOLD, _MOST_SQUARE, _LEAST_SHARE = 0.05, 9.0, 0.01
 
 @dataclass(frozen=True)
 class Ordinary:
-    """What each direction differs by, of a run and of all alike.
-
-    `width` (d,) is its standard deviation between runs, `share` (c,) that of the information of a
-    channel that is trusted. All runs, the sound ones too, differ from what was learned by `mean`
-    (d,), known to `covariance` (d, d): errors of what was learned that no channel shows alone.
-    """
+    """Standard deviation (d,) of each direction between runs, and the share of information (c,)."""
 
     width: FloatArray
     share: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
 
     @property
     def trusted(self) -> float:
@@ -84,49 +74,7 @@ def ordinary_of(
         scale = _scale(np.asarray(np.bincount(group, relative), float), told_of)
         each = (_OWN_RUNS * scale[group] + relative) / (_OWN_RUNS + count)
         width = stated * np.sqrt(np.minimum(each, _WIDEST**2))
-    return Ordinary(width, share, *_alike([one.tempered(share) for one in told], width, stated))
-
-
-def _alike(
-    told: Sequence[Told], width: FloatArray, stated: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance of what all runs differ by, so wide as foretells each from the others."""
-    own = [beyond_ordinary(one, width) for one in told]
-    whole = [sum(part) for part in zip(*own, strict=True)]
-
-    def known(times: float, left: int | None) -> tuple[FloatArray, FloatArray]:
-        information, score = (
-            one if left is None else one - own[left][k] for k, one in enumerate(whole)
-        )
-        spread = times * stated
-        inner = np.eye(spread.size) + spread[:, None] * information * spread
-        covariance = spread[:, None] * np.linalg.inv(inner) * spread
-        return covariance @ score, covariance
-
-    def foretold(times: float) -> float:
-        return sum(log_evidence(*own[k], *known(times, k)) for k in range(len(own)))
-
-    return known(max(_ALIKE, key=foretold), None)
-
-
-def without_alike(told: Told, ordinary: Ordinary, runs: int) -> Told:
-    """Take off a run what all differ by, with the error that it is known to.
-
-    Parameters
-    ----------
-    told : Told
-        What the run says.
-    ordinary : Ordinary
-        Of the sound runs.
-    runs : int
-        Runs that are weighed together; see `Offset.removed`.
-    """
-    own = told.tempered(ordinary.share)
-    information, spread = own.information, runs * ordinary.covariance
-    every = np.column_stack([information, own.score - information @ ordinary.mean])
-    left = np.linalg.solve(np.eye(len(spread)) + information @ spread, every)
-    both = (left[:, :-1] + left[:, :-1].T) / 2.0
-    return Told(both[None], np.asarray(left[None, :, -1], float), own.thrust)
+    return Ordinary(width, share)
 
 
 def _scale(squares: FloatArray, count: FloatArray) -> FloatArray:

@@ -1,11 +1,12 @@
 """Which change explains runs best, against what is ordinary: one posterior.
 
-Under `none` each run differs by its ordinary widths. Under a change of one direction its size is
-the same in every run that carries it, with half the plausible range as prior width, on the side
-where it is plausible; the runs that carry it are all, or those that speak for it most. An effect of
-several parameters may change two of them: a current has north and east. Pairs are built of the
-strongest effects. Under `unknown` a run differs by more than is ordinary in all directions at
-once.
+Under `none` each run differs by its ordinary widths; or what was learned is off, and the sound
+runs, predicted from each other, share the departure that a change would be. Under a change of one
+direction its size is the same in every run that carries it, with half the plausible range as prior
+width, on the side where it is plausible; the runs that carry it are all, or those that speak for it
+most. An effect of several parameters may change two of them: a current has north and east. Pairs
+are built of the strongest effects. Under `unknown` a run differs by more than is ordinary in all
+directions at once.
 """
 
 from collections import Counter
@@ -19,7 +20,7 @@ from scipy.special import log_ndtr, logsumexp
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
 from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
-from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary, without_alike
+from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
@@ -28,6 +29,8 @@ NONE, UNKNOWN = "none", "unknown"
 _NOTHING, _TWO = 0.6, 0.05
 #: Of a force that comes and goes, as probable beside any change as alone.
 _COMES_AND_GOES = 0.025
+#: That what was learned is off along some change, where there is none.
+_LEARNED_OFF = 0.03
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
 _WIDTHS = ((1.0, 0.8), (3.0, 0.2))
 #: What is asked may scatter more than the few sound runs show: times their widths, and the
@@ -67,7 +70,7 @@ class _Runs:
     ) -> None:
         self.count, self._directions, self._width = len(told), directions, ordinary.width
         self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
-        self._told = [without_alike(one, ordinary, len(told)) for one in told]
+        self._told = [one.tempered(ordinary.share) for one in told]
         self.information, self.score = [], []
         for own in self._told:
             information, score = beyond_ordinary(own, ordinary.width)
@@ -144,6 +147,7 @@ def weighed(
     directions: Sequence[Coordinate],
     ordinary: Ordinary,
     gained: Sequence[Gained] = (),
+    sound: Sequence[Told] = (),
 ) -> tuple[Change, ...]:
     """Weigh all hypotheses; the most probable first.
 
@@ -160,16 +164,19 @@ def weighed(
         What sound runs differ by.
     gained : sequence of Gained
         Thrusters whose gains show it; that evidence counts where it is the larger one.
+    sound : sequence of Told
+        Of each sound run, predicted from the others.
     """
     every: list[Change] = []
     for times, prior in _SPREADS:
         width = times * ordinary.width
         runs = _Runs(told, directions, replace(ordinary, width=width))
         spread = runs.over(ordinary.width) + float(np.log(prior))
-        every += [
-            replace(one, probability=one.probability + spread)
-            for one in _hypotheses(runs, told, directions, gained)
-        ]
+        own = _hypotheses(runs, told, directions, gained)
+        if sound:
+            all_runs = _Runs([*sound, *told], directions, replace(ordinary, width=width))
+            own += [_alike(all_runs, one) for one in own if one.which]
+        every += [replace(one, probability=one.probability + spread) for one in own]
     strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
     )
@@ -323,6 +330,13 @@ def _pair(runs: _Runs, first: Change, second: Change) -> Change:
     mean, std = runs.of_thrust(which, own, mean, std)
     name = "+".join(sorted((first.name, second.name)))
     return Change(name, which, own, value, value + prior, mean, std)
+
+
+def _alike(runs: _Runs, one: Change) -> Change:
+    """No change: all runs, the sound ones too, differ from what was learned by it."""
+    share = float(np.log(_NOTHING * _LEARNED_OFF / PRIOR_OF_ONE)) + one.probability - one.evidence
+    value, _, _ = runs.shared(one.which, range(runs.count))
+    return Change(NONE, (), (), 0.0, value + share, _NO_SIZE, _NO_SIZE)
 
 
 def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
