@@ -12,8 +12,8 @@ from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, s
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
 from pipeline.diagnose.regression.known import Reference
-from pipeline.diagnose.regression.response import Told
 from pipeline.diagnose.regression.sizes import sizes
+from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
 #: Standard deviations that are tried, in units of the directions, and directions of a channel.

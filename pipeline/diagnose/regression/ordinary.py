@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.diagnose.linear.coordinates import Coordinate
-from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
 #: Standard deviation of ln of a parameter's scale of variances before any run was seen, and steps

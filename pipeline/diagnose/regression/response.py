@@ -16,6 +16,7 @@ import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray, IntArray
 
 #: Periods of past force; coefficients of the filter.
@@ -34,43 +35,6 @@ BENT = (100.0, 10_000.0, 1_000_000.0)
 STIFF = 1e7
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
-
-
-@dataclass(frozen=True)
-class Told:
-    """What the channels of a run say of the directions: information (c, d, d) and score (c, d).
-
-    The last channel is the logged supply voltage, which says nothing where there is none.
-
-    `thrust` (d,) is the share by which a unit of each direction changes the thrust of the run.
-    """
-
-    by_channel: FloatArray
-    score_by_channel: FloatArray
-    thrust: FloatArray
-
-    @property
-    def information(self) -> FloatArray:
-        """Information (d, d) of all channels."""
-        return np.asarray(self.by_channel.sum(axis=0))
-
-    @property
-    def score(self) -> FloatArray:
-        """Score (d,) of all channels."""
-        return np.asarray(self.score_by_channel.sum(axis=0))
-
-    def tempered(self, share: FloatArray) -> "Told":
-        """Count the noise of each channel as larger: a share (c,) of its information is left."""
-        return Told(
-            share[:, None, None] * self.by_channel,
-            share[:, None] * self.score_by_channel,
-            self.thrust,
-        )
-
-    def of_channel(self, channel: int) -> "Told":
-        """Keep what one channel says."""
-        own = slice(channel, channel + 1)
-        return Told(self.by_channel[own], self.score_by_channel[own], self.thrust)
 
 
 def stays(now: FloatArray, _before: FloatArray, _run: GridRun, _rows: IntArray) -> FloatArray:
@@ -312,10 +276,8 @@ class Response:
     def _told(self, one: _Rows, fit: _Fit) -> Told:
         """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
         x = self._scaled(one)
-        predicted = one.mean + x @ fit.slope
-        remainder = one.next - predicted
+        remainder, signature = self._remainder(one, fit)
         noise = self._noise(remainder)
-        signature = one.signatures(self.force_of(fit.slope), self._gained(one, fit, predicted))
         count, channels = signature.shape[1], len(self.channels)
         information, score = np.zeros((channels + 1, count, count)), np.zeros((channels + 1, count))
         if one.run.supply is not None:
@@ -335,18 +297,19 @@ class Response:
         thrust = along.sum(axis=1) / max(int(moved.sum()), 1)
         return Told(information, score, thrust)
 
-    def _gained(self, one: _Rows, fit: _Fit, predicted: FloatArray) -> FloatArray:
-        """Change over a period that is predicted (k, c).
+    def _remainder(self, one: _Rows, fit: _Fit) -> tuple[FloatArray, FloatArray]:
+        """Take the prediction off the next velocities (k, c), and give the signatures (k, d, c).
 
         Noise of a reading now stands in what is predicted from it, and in what that leaves: in slow
-        runs all vehicles would seem lighter. Where accelerations tell the course, it is not used.
+        runs all vehicles would seem lighter. Where accelerations tell the course, the signatures
+        are of that.
         """
-        course = one.run.course
-        if course is None:
-            return predicted - one.now
-        now, before = course[one.rows - 1], course[one.rows - 2]
-        scaled = (_features(now, before, one.run, one.rows) - self._middle) * self._scale
-        return self._mean(now, before, one.run, one.rows) + scaled @ fit.slope - now
+        predicted, now = one.mean + self._scaled(one) @ fit.slope, one.now
+        gained, course = predicted - now, one.run.course
+        if course is not None:
+            now, before = course[one.rows - 1], course[one.rows - 2]
+            gained = self._next(fit, (now, before), one.run, one.rows) - now
+        return one.next - predicted, one.signatures(self.force_of(fit.slope), gained)
 
     @property
     def force(self) -> FloatArray:
@@ -383,9 +346,7 @@ class Response:
         """
         one = _Rows(run, self._mean)
         fit = self._of_all if left_out is None else self._left_out[left_out]
-        predicted = one.mean + self._scaled(one) @ fit.slope
-        left = one.next - predicted
-        signature = one.signatures(self.force_of(fit.slope), self._gained(one, fit, predicted))
+        left, signature = self._remainder(one, fit)
         return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
 
     def next_of(
@@ -404,6 +365,11 @@ class Response:
         rows : ndarray, shape (k,)
             Rows of it that are predicted.
         """
+        return self._next(self._left_out[left_out], velocity, run, rows)
+
+    def _next(
+        self, fit: _Fit, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
+    ) -> FloatArray:
         now, before = velocity
         scaled = (_features(now, before, run, rows) - self._middle) * self._scale
-        return self._mean(now, before, run, rows) + scaled @ self._left_out[left_out].slope
+        return self._mean(now, before, run, rows) + scaled @ fit.slope

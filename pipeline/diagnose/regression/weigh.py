@@ -21,7 +21,7 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
 from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
 from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
-from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
 NONE, UNKNOWN = "none", "unknown"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.diagnose.regression.offset import offset_of, without_offset
-from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.told import Told
 
 INFORMATION = np.array([[400.0, 60.0, 0.0], [60.0, 100.0, 20.0], [0.0, 20.0, 50.0]])
 BIAS, TRUSTED = np.array([0.0, 1.5, 0.0]), np.ones(1)

@@ -10,8 +10,8 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.ordinary import Ordinary, _scale, ordinary_of, posterior
-from pipeline.diagnose.regression.response import Told
 from pipeline.diagnose.regression.sizes import sizes
+from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,

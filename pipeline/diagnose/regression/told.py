@@ -1,0 +1,44 @@
+"""What a run says of the directions in which a vehicle may differ from what was learned of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.types import FloatArray
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the channels of a run say of the directions: information (c, d, d) and score (c, d).
+
+    The last channel is the logged supply voltage, which says nothing where there is none.
+
+    `thrust` (d,) is the share by which a unit of each direction changes the thrust of the run.
+    """
+
+    by_channel: FloatArray
+    score_by_channel: FloatArray
+    thrust: FloatArray
+
+    @property
+    def information(self) -> FloatArray:
+        """Information (d, d) of all channels."""
+        return np.asarray(self.by_channel.sum(axis=0))
+
+    @property
+    def score(self) -> FloatArray:
+        """Score (d,) of all channels."""
+        return np.asarray(self.score_by_channel.sum(axis=0))
+
+    def tempered(self, share: FloatArray) -> "Told":
+        """Count the noise of each channel as larger: a share (c,) of its information is left."""
+        return Told(
+            share[:, None, None] * self.by_channel,
+            share[:, None] * self.score_by_channel,
+            self.thrust,
+        )
+
+    def of_channel(self, channel: int) -> "Told":
+        """Keep what one channel says."""
+        own = slice(channel, channel + 1)
+        return Told(self.by_channel[own], self.score_by_channel[own], self.thrust)
