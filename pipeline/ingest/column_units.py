@@ -1,6 +1,6 @@
 """The unit of a column: in its name, in a row under it, stated in vehicle.yaml, or assumed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -25,6 +25,7 @@ from pipeline.ingest.vocabulary import (
     read_unit_cell,
     split_header,
     unit_fits,
+    unit_in_text,
     unit_told_by_name,
 )
 from pipeline.vehicle.bench_schema import Column, Columns
@@ -40,6 +41,19 @@ class HeadRows:
     names: int
     data: int
     last: int
+
+
+@dataclass(frozen=True)
+class _Written:
+    """A unit as somebody wrote it, for a column or for all of a table."""
+
+    unit: str
+    unit_from: UnitFrom
+    row: int | None
+    by: str
+    """What states it, in words."""
+    is_format: bool = False
+    """Whether the cells are shown with it: then none but a unit of the quantity will do."""
 
 
 def read_columns(
@@ -71,12 +85,18 @@ def read_columns(
             problems.append(_refused(column, place, wanted, why, others, expected, remedy))
             continue
         try:
-            columns[quantity] = _with_unit(
-                column, words, match, _find_unit(sheet, words, match, rows, stated)
-            )
+            written = _units_written(sheet, words, match, rows, stated)
+            columns[quantity] = _with_unit(column, words, match, written[0] if written else None)
             columns[quantity], notes = _with_signs(sheet, columns[quantity], rows)
             problems += notes
-            contradiction = _contradiction(sheet, columns[quantity], wanted, rows, group.keys())
+            titles = _units_in_titles(sheet, words, rows)
+            contradiction = _contradiction(
+                columns[quantity],
+                sheet.place(rows.names),
+                wanted,
+                [*written, *titles],
+                group.keys() - {quantity},
+            )
             if contradiction is not None:
                 del columns[quantity]
                 problems.append(contradiction)
@@ -127,33 +147,26 @@ def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:
 
 
 def _contradiction(
-    sheet: Sheet, column: BlockColumn, wanted: Wanted, rows: HeadRows, there: AbstractSet[str]
+    column: BlockColumn,
+    place: Place,
+    wanted: Wanted,
+    written: Iterable[_Written],
+    others: AbstractSet[str],
 ) -> Problem | None:
-    """Refuse a column whose name has another unit than the row under it, or than its cells show."""
+    """Refuse a column for which something else states another unit than the one that is read."""
     words = wanted.vocabulary[column.quantity]
     kind = words.unit_kind
     if kind is None or column.unit_from == "mapping":
         return None
-    below = [(at, sheet.cell(at, column.index)) for at in range(rows.names + 1, rows.data)]
-    written = [
-        (at, unit, "the row under it")
-        for at, cell in below
-        # a second row of names may have letters that are other units
-        if isinstance(cell, str) and (unit := read_unit_cell(cell)) and unit_fits(unit, words)
-    ]
-    shown = sheet.units_shown(column.index, (rows.data, rows.last)).items()
-    written += [(at, unit, "the number format of its cells") for unit, at in shown]
-    for at, unit, by in written:
-        if not unit_fits(unit, words) or factor(unit, kind) != column.factor:
-            return _refused(
-                column,
-                sheet.place(at),
-                wanted,
-                f"it states {column.unit}, {by} {unit}",
-                there - {column.quantity},
-                "one unit.",
+    for one in written:
+        fits = unit_fits(one.unit, words)
+        if (fits and factor(one.unit, kind) != column.factor) or (one.is_format and not fits):
+            why, remedy = (
+                f"it states {column.unit}, {one.by} {one.unit}",
                 "Correct what is wrong of both",
             )
+            at = place if one.row is None else replace(place, row=one.row)
+            return _refused(column, at, wanted, why, others, "one unit.", remedy)
     return None
 
 
@@ -187,16 +200,21 @@ def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
 
 
 def _with_unit(
-    column: BlockColumn, words: Words, match: Match, found: "_Found | None"
+    column: BlockColumn, words: Words, match: Match, found: "_Written | None"
 ) -> BlockColumn:
     """Return the column with its unit; raises `UnitTextError` where it is missing or wrong."""
     kind = words.unit_kind
-    if found is not None and (kind is not None or "ratio" in quantities_of(found[0])):
-        unit, unit_from, unit_row = found
+    if found is not None and (kind is not None or "ratio" in quantities_of(found.unit)):
         # A code in per cent stays a number of per cent: the reader knows the full scale.
         is_code = kind is None and column.quantity == "code"
-        worth = 1.0 if is_code else factor(unit, kind or "ratio")
-        return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row, factor=worth)
+        worth = 1.0 if is_code else factor(found.unit, kind or "ratio")
+        return replace(
+            column,
+            unit=found.unit,
+            unit_from=found.unit_from,
+            unit_row=found.row,
+            factor=worth,
+        )
     if kind is None:
         return column
     odd = match.header.odd_unit
@@ -217,35 +235,50 @@ def why_unknown(unit: str, kind: str) -> str:
     return ""
 
 
-#: Unit as written, where it was found, and its row.
-_Found = tuple[str, UnitFrom, int | None]
-
-
-def _find_unit(
+def _units_written(
     sheet: Sheet, words: Words, match: Match, rows: HeadRows, stated: Column | None
-) -> _Found | None:
+) -> list[_Written]:
+    """Return every unit that is written for a column, what goes before the others first.
+
+    That of vehicle.yaml stands alone. What stands at a column and is no unit of the quantity comes
+    last: a second row of names may have letters that are other units.
+    """
     if stated is not None and stated.unit is not None:
-        return stated.unit, "mapping", None
+        return [_Written(stated.unit, "mapping", None, "vehicle.yaml")]
+    found: list[_Written] = []
     if match.header.unit is not None:
-        return match.header.unit, "header", None
-    wrong: _Found | None = None
+        found.append(_Written(match.header.unit, "header", None, "it"))
+    wrong: list[_Written] = []
     for at in [*range(rows.names + 1, rows.data), rows.names - 1]:
         cell = sheet.cell(at, match.index)
-        if not isinstance(cell, str):
-            continue
-        unit = read_unit_cell(cell)
+        unit = read_unit_cell(cell) if isinstance(cell, str) else None
+        by = "the row under it" if at > rows.names else "the row above it"
         if unit is not None and unit_fits(unit, words):
-            return unit, "unit row", at
-        if wrong is None and at > rows.names and (unit is not None or _is_unit_row(sheet, at)):
-            wrong = (unit or cell.strip(), "unit row", at)
-    shown = sheet.units_shown(match.index, (rows.data, rows.last))
-    wrong = wrong or next(((unit, "unit row", at) for unit, at in shown.items()), None)
-    if wrong is None and words.unit_kind is None:
+            found.append(_Written(unit, "unit row", at, by))
+        elif isinstance(cell, str) and at > rows.names and (unit or _is_unit_row(sheet, at)):
+            wrong.append(_Written(unit or cell.strip(), "unit row", at, by))
+    shown = sheet.units_shown(match.index, (rows.data, rows.last)).items()
+    by = "the number format of its cells"
+    found += [_Written(unit, "unit row", at, by, is_format=True) for unit, at in shown]
+    if not found and not wrong and words.unit_kind is None:
         cells = [sheet.cell(at, match.index) for at in range(rows.data, rows.last + 1)]
         texts = [cell.strip() for cell in cells if isinstance(cell, str)]
         if texts and all(text.endswith("%") for text in texts):
-            return "%", "unit row", rows.data
-    return wrong
+            wrong.append(_Written("%", "unit row", rows.data, "its cells"))
+    return found + wrong
+
+
+def _units_in_titles(sheet: Sheet, words: Words, rows: HeadRows) -> Iterator[_Written]:
+    """Yield the units that a title, a remark over the table or the name of the sheet states."""
+    for at in range(rows.free_from, rows.names):
+        texts = {cell for cell in sheet.cells(at) if cell is not None}
+        if len(texts) == 1 and isinstance(text := texts.pop(), str):
+            unit = unit_in_text(text, words)
+            yield from (
+                () if unit is None else (_Written(unit, "unit row", at, f'"{shorten(text)}"'),)
+            )
+    unit = unit_in_text(sheet.name or "", words)
+    yield from () if unit is None else (_Written(unit, "unit row", None, "the name of the sheet"),)
 
 
 def _is_unit_row(sheet: Sheet, row: int) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pipeline.ingest.cells import Cell, Row, Sheet, column_letter, is_number, is_text
 from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
+    MANY_MEANINGS,
     HeaderText,
     Vocabulary,
     is_other,
@@ -30,8 +31,6 @@ _OTHER_MEANINGS = words_of("groups", "other_meanings")
 _BY_UNIT = 8
 #: What a column scores that vehicle.yaml states.
 _STATED = 1000
-#: Units of more than one thing: an acceleration in g, a mass in kg.
-_MANY_MEANINGS = frozenset(map(normalise_unit, words_of("groups", "many_meanings")))
 _LONGEST_NAME = 4
 _LETTER = re.compile(r"[^\W\d_]")
 _BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
@@ -136,6 +135,8 @@ def _match_over_unit(wanted: Wanted, text: str, below: Cell, index: int) -> list
     with_unit = _match(wanted, f"{text} [{unit}]", index)
     words = wanted.vocabulary.get(plain_match[0].quantity) if plain_match else None
     is_sound = words is not None and (words.unit_kind is None or unit_fits(unit, words))
+    if named and named.quantity == "code" and with_unit and with_unit[0].quantity == "pwm":
+        is_sound = False  # a command in microseconds
     if not with_unit or (is_sound and with_unit[0].score <= _BY_UNIT):
         return plain_match
     return [replace(one, header=HeaderText(text), text=text) for one in with_unit]
@@ -211,7 +212,7 @@ def _scores(
 def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, HeaderText], ...]:
     """Score a text whose name is in no list, but whose unit says what it may be."""
     header = split_header(text)[0]
-    if header.unit is None or normalise_unit(header.unit) in _MANY_MEANINGS:
+    if header.unit is None or normalise_unit(header.unit) in MANY_MEANINGS:
         return ()
     if is_other(header, _OTHER_MEANINGS):
         return ()

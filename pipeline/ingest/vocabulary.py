@@ -99,6 +99,8 @@ def pattern_of(name: str) -> re.Pattern[str]:
 
 
 FIRST_RANK = words_of("groups", "first_rank")
+#: Units of more than one thing: an acceleration in g, a mass in kg.
+MANY_MEANINGS = frozenset(map(normalise_unit, words_of("groups", "many_meanings")))
 
 
 @dataclass(frozen=True)
@@ -259,6 +261,35 @@ def unit_fits(unit: str, words: Words) -> bool:
     """
     kinds = quantities_of(unit)
     return (words.unit_kind or "ratio") in kinds
+
+
+#: A piece of a remark that ends with a unit: "all forces in kgf", "Thrust [gf]".
+_IN_BRACKETS, _AFTER_IN = re.compile(r"[\[(]([^\[\]()]+)[\])]"), re.compile(r"\s(?:in|в)\s+\S+$")
+
+
+def unit_in_text(text: str, words: Words) -> str | None:
+    """Return the unit that a title or a remark states for all readings of a quantity.
+
+    A size ("range 500 N") states none, nor does a letter that may be a name ("tank N").
+
+    >>> force = Words("force", ("thrust", "force"))
+    >>> [unit_in_text(text, force) for text in ("Force in kg, time in s", "range 50 kgf", "lbf")]
+    ['kg', None, 'lbf']
+    """
+    pieces = [piece.strip() for piece in re.split(r"[,;]|\.\s", text)]
+    pieces += [f"in {piece.strip()}" for piece in _IN_BRACKETS.findall(text)]
+    for piece in pieces:
+        whole = read_unit_cell(piece)
+        header = HeaderText("", whole) if whole else split_header(piece)[0]
+        unit = header.unit
+        if unit is None or not unit_fits(unit, words) or header.name[-1:].isdigit():
+            continue
+        is_long = len(unit) > 1 or piece.startswith("in ") or _AFTER_IN.search(piece) is not None
+        is_plain = normalise_unit(unit) not in MANY_MEANINGS
+        is_said = is_long and (is_plain or (not whole and name_score(header, words) > 0))
+        if is_said:
+            return unit
+    return None
 
 
 def unit_told_by_name(header: HeaderText, words: Words) -> str | None:
