@@ -1,5 +1,6 @@
 """The tables of a bench file with their readings, and what is wrong with the file."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,12 +9,20 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.archive import with_one_cause
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.cells import Sheet, is_number, shorten
+from pipeline.ingest.cells import Sheet, column_index, is_number, shorten
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
+from pipeline.ingest.row_directions import block_rows, texts_in
+from pipeline.ingest.rows import listed
 from pipeline.ingest.stated_columns import choose_sheets
-from pipeline.ingest.vocabulary import split_header, unit_told_by_name
+from pipeline.ingest.vocabulary import (
+    HeaderText,
+    is_other,
+    split_header,
+    unit_told_by_name,
+    words_of,
+)
 from pipeline.vehicle.bench_schema import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
 
@@ -21,6 +30,8 @@ from pipeline.vehicle.schema import Vehicle
 SheetReader = Callable[[Path, str, Vehicle], tuple[Sheet, ...]]
 #: A table that lies on its side has a row for each quantity.
 _MOST_TURNED_ROWS = 40
+#: Columns that say of single rows what they are worth; of one row in so many at most.
+_REMARKS, _FEW = words_of("groups", "remarks") + words_of("groups", "valid"), 4
 
 
 @dataclass
@@ -56,12 +67,12 @@ def read_bench_file(
     file: BenchFile,
     wanted: Wanted,
     looked_for: str,
-    words_of: Callable[[Block, Vehicle], RowWords],
+    row_words: Callable[[Block, Vehicle], RowWords],
     sheets_of: SheetReader,
 ) -> None:
     """Read every table of one file; never raises for what is in it.
 
-    `looked_for` are the required columns in words. `words_of` reads the words between the rows of
+    `looked_for` are the required columns in words. `row_words` reads the words between the rows of
     a load test, some of which are headings with numbers ("Code: 90"). `sheets_of` opens the file.
     """
     problems = file.problems
@@ -89,8 +100,8 @@ def read_bench_file(
         if not search.blocks and not search.problems and (instead := _instead(sheet)):
             missed.append((sheet, instead))
         for block in search.blocks:
-            problems += _assumed_units(block, wanted)
-            words = words_of(block, file.vehicle)
+            problems += [*_assumed_units(block, wanted), *_set_apart(block)]
+            words = row_words(block, file.vehicle)
             readings = readings_of(block, wanted, words.headings, problems)
             if readings:
                 table = Table(block, wanted.kind, file.vehicle, readings, problems, words)
@@ -153,6 +164,26 @@ def _nothing(
         f"Name the columns, or state them in vehicle.yaml by name or by letter:\n  columns:\n"
         f'    {wanted.kind}:\n      {wanted.required[0][0]}: {{header: "column A"}}',
     )
+
+
+def _set_apart(block: Block) -> Iterator[Problem]:
+    """Say which rows a column of remarks or of validity sets apart: they are read as the others."""
+    for column in block.columns_not_used(None):
+        if not is_other(HeaderText(column.header), _REMARKS):
+            continue
+        index = column_index(column.column)
+        rows = block_rows(block)
+        cells = dict.fromkeys(rows, "") | texts_in(block, rows, index)
+        usual, _ = Counter(cells.values()).most_common(1)[0] if cells else ("", 0)
+        odd = [row for row, text in cells.items() if text != usual]
+        if 0 < _FEW * len(odd) <= len(cells):
+            said = shorten(cells[odd[0]])
+            yield block.sheet.place(odd[0], column.column).warning(
+                f'"{shorten(column.header)}" says "{said}" of {listed(odd)}, which were read as '
+                "the others.",
+                "rows that may all be fitted.",
+                'Mark those with "#" in column A that are not to be fitted.',
+            )
 
 
 def _assumed_units(block: Block, wanted: Wanted) -> Iterator[Problem]:

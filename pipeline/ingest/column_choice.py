@@ -24,6 +24,8 @@ from pipeline.types import FloatArray
 _ROLES = {"code": "command", "pwm": "command"}
 #: Of these a table has one column; a second one must be explained by the first.
 _SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed", "thrust_coefficient")
+#: These are not the same throughout a test; of a load test the shaft speed at one code may be.
+_VARIED = ("code", "pwm", "thrust")
 #: Above this lead of its name a column needs no other reason.
 _LEAD = 15
 #: What a name loses that is one letter, or has no unit where one is due.
@@ -97,7 +99,7 @@ class ColumnChoice:
                 and (other.quantity != match.quantity or other.score > match.score - _LEAD)
             ]
             stated = match.quantity in self._wanted.mapping
-            alone_no = fault == _COUNTS and self._is_symbol(match)
+            alone_no = fault in {_COUNTS, _CONSTANT} and self._is_symbol(match)
             if fault and not stated and (others or alone_no):
                 weighed.not_used[match.index] = fault
             else:
@@ -113,10 +115,11 @@ class ColumnChoice:
         words = self._wanted.vocabulary.get(quantity)
         if words is None:
             return ""
+        varied = (*_VARIED, "shaft_speed") if self._wanted.kind == "mooring" else _VARIED
         by_numbers = (
             (data.is_blank, "it holds no number"),
             (data.is_zero, "it is 0 throughout"),
-            (quantity in ("code", "pwm", "thrust") and data.is_constant, "it never changes"),
+            (quantity in varied and data.is_constant, _CONSTANT),
             (quantity in ("code", "thrust", "torque", "shaft_speed") and data.is_counter, _COUNTS),
         )
         fault = next((why for is_so, why in by_numbers if is_so), "")
@@ -210,6 +213,8 @@ class ColumnChoice:
         for match in matches:
             words = f" {plain(match.header.name)} "
             told = tuple(word for word in self._wanted.split_words if f" {plain(word)} " in words)
+            if any(_is_of_sides(match, other) for other in matches if other is not match):
+                told = ()  # "front" and "back" are places of two sensors, no directions
             groups.setdefault(told, []).append(match)
         return list(groups.values())
 
@@ -242,7 +247,8 @@ class ColumnChoice:
                 ),
                 "",
             )
-            if not reason and lead >= _LEAD:
+            is_part = _is_of_sides(candidates[order[0]], match)
+            if not reason and lead >= _LEAD and not is_part:
                 reason = f'"{shorten(candidates[order[0]].text)}" names the quantity more clearly'
             if reason:
                 not_used[match.index] = reason
@@ -354,7 +360,7 @@ class ColumnChoice:
         )
 
 
-_COUNTS = "it counts the rows"
+_COUNTS, _CONSTANT = "it counts the rows", "it never changes"
 
 
 def _stem(match: Match) -> str:
@@ -363,8 +369,8 @@ def _stem(match: Match) -> str:
 
 def _is_of_sides(first: Match, second: Match) -> bool:
     """Tell whether two names are of two places: each sensor there takes its share of a load."""
-    words = set(plain(first.header.name).split()) ^ set(plain(second.header.name).split())
-    return any(_SIDE.fullmatch(word) for word in words)
+    one, two = (set(plain(match.header.name).split()) for match in (first, second))
+    return any(map(_SIDE.fullmatch, one - two)) and any(map(_SIDE.fullmatch, two - one))
 
 
 def _are_thrusters(matches: Sequence[Match]) -> bool:

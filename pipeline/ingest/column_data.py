@@ -234,13 +234,15 @@ def ratio_of(first: FloatArray, second: FloatArray) -> Ratio | None:
 def wholes_of(columns: Sequence[FloatArray], tolerance: float = 0.02) -> list[tuple[int, str]]:
     """Find the columns that are the sum or the mean of all the others.
 
+    None where one never changes: that is an offset, and what has none is the reading.
+
     Returns position, and "sum" or "mean", of each.
 
     >>> parts = np.array([1.0, 2, 3, 4]), np.array([1.5, 2.5, 2, 4])
     >>> wholes_of([*parts, parts[0] + parts[1]])
     [(2, 'sum')]
     """
-    if len(columns) < 3:
+    if len(columns) < 3 or any(ColumnData(one).is_constant for one in columns):
         return []
     wholes: list[tuple[int, str]] = []
     for index, column in enumerate(columns):

@@ -1,7 +1,7 @@
 """Commands of a bench test in codes: codes, per cent, shares of full throttle, pulse widths."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_table import Reading, Table
@@ -13,8 +13,10 @@ from pipeline.ingest.vocabulary import plain, words_of
 from pipeline.vehicle.schema import Vehicle
 
 #: Of the range: pulses that go further were made for another one, and so, maybe, those that end
-#: well within one that is stated.
+#: well within it.
 _BEYOND, _WITHIN = 1.02, 0.85
+#: Full command in other counts, and the share of the largest code below which any end is doubtful.
+_OTHER_ENDS, _LITTLE = frozenset({100, 127, 128, 255, 256, 500, 511, 512, 1000, 1023, 1024}), 0.5
 _RANGE = re.compile(
     r"(?<![\d.,])(\d{3,4})\s*(?:-|\u2013|\u2014|\.{2,3}|\u2026|to|до)\s*(\d{3,4})(?![\d.,])"
 )
@@ -22,6 +24,9 @@ _RANGE = re.compile(
 _SHORTEST_US, _LONGEST_US = 500.0, 2600.0
 #: Thrust at the neutral pulse, over the largest, above which it is not neutral.
 _NEUTRAL_SHARE = 0.1
+#: Of the value at the pulse next to neutral: where that at the shortest is less, it grows through
+#: neutral.
+_FALLS_TO = 0.8
 
 _THROTTLE = words_of("groups", "throttle")
 
@@ -130,11 +135,27 @@ def codes_in_range(table: Table) -> Iterator[Problem]:
     table.mark(rows, "code out of range")
 
 
+def ends_within(codes: Collection[float], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
+    """Say where the codes of a folder may count to another end than those of the drive."""
+    drive = vehicle.drive
+    full = {code: drive.code_max if code > 0.0 else -drive.code_min for code in codes if code}
+    far = max(full, key=lambda code: abs(code) / full[code], default=0.0)
+    share = abs(far) / full[far] if far else 1.0
+    if share <= _LITTLE or (share < 1.0 and abs(far) in _OTHER_ENDS):
+        yield folder.warning(
+            f"the codes end at {abs(far):g}, and the drive takes {full[far]:g}: full command was "
+            "not tested, or they count to another end, as per cent do.",
+            "a test up to full command, in codes.",
+            "If it was full command, write % into the name of the column, or correct the range "
+            "in vehicle.yaml: code_min and code_max of the drive, pwm_range of pulse widths.",
+        )
+
+
 def pwm_problems(table: Table) -> Iterator[Problem]:
     """Say where pulse widths are not of the range that is taken: one-way controllers, other ends.
 
     The table is left out where neither vehicle.yaml nor a heading states how the pulse widths of
-    the readings are to be read; a warning where they end far within the range that is stated.
+    the readings are to be read; a warning where they end far within the range.
     """
     pwm, quantity = table.vehicle.columns.mooring.pwm_range, table.measured
     pairs = [
@@ -148,7 +169,8 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
     low, high = min(one for one, _ in pairs), max(one for one, _ in pairs)
     ends = pwm.neutral_us - pwm.half_range_us, pwm.neutral_us + pwm.half_range_us
     largest = max(value for _, value in pairs)
-    at_neutral = [value for width, value in pairs if abs(width - pwm.neutral_us) < 1.0]
+    nearest = min((width for width, _ in pairs), key=lambda one: abs(one - pwm.neutral_us))
+    at_nearest = [value for width, value in pairs if width == nearest]
     at_low = [value for width, value in pairs if width == low]
     reach = max(high - pwm.neutral_us, pwm.neutral_us - low)
     said = _range_in_text(f"{table.block.columns['pwm'].header} {heading_text(table.block.above)}")
@@ -167,26 +189,26 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
     ):
         why = f"pulse widths from {low:g} to {high:g} us go beyond the assumed range of {taken}"
     elif (
-        at_neutral
-        and largest > 0.0
-        and min(at_neutral) > _NEUTRAL_SHARE * largest
-        and min(at_low) < 0.5 * min(at_neutral)
+        low > _SHORTEST_US
+        and min(at_nearest) > _NEUTRAL_SHARE * largest > 0.0
+        and min(at_low) < _FALLS_TO * min(at_nearest)
         and low < pwm.neutral_us - 1.0
     ):
         name, unit = quantity.replace("_", " "), "N" if quantity == "thrust" else "rpm"
         why = (
-            f"at {pwm.neutral_us:g} us, which is taken for neutral, {name} is "
-            f"{min(at_neutral):.3g} {unit}, and at {low:g} us {min(at_low):.3g} {unit}"
+            f"at {nearest:g} us, next to {pwm.neutral_us:g} us that is taken for neutral, {name} "
+            f"is {min(at_nearest):.3g} {unit}, and at {low:g} us {min(at_low):.3g} {unit}"
         )
     elif stated and said not in {None, ends}:
         why = f"the heading says pulse widths of another range than vehicle.yaml, {taken}"
         yield place.warning(f"{why}.")
         return
-    elif stated and reach < _WITHIN * pwm.half_range_us:
-        why = f"pulse widths from {low:g} to {high:g} us end far within the stated range of {taken}"
+    elif reach < _WITHIN * pwm.half_range_us:
+        why = f"pulse widths from {low:g} to {high:g} us end far within the range of {taken}"
         what = f"{why}: full command was not tested, or the range is another."
-        remedy = "Correct columns: mooring: pwm_range in vehicle.yaml if it is."
-        yield place.warning(what, "", remedy)
+        yield place.warning(
+            what, "", "Correct columns: mooring: pwm_range in vehicle.yaml if it is."
+        )
         return
     else:
         return

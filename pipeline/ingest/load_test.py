@@ -8,8 +8,18 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
-from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_problems
-from pipeline.ingest.load_test_checks import check_magnitudes, check_powers, drop_dead_channels
+from pipeline.ingest.commands import (
+    codes_in_range,
+    command_in_codes,
+    ends_within,
+    pwm_problems,
+)
+from pipeline.ingest.load_test_checks import (
+    check_magnitudes,
+    check_powers,
+    drop_dead_channels,
+    torque_of_current,
+)
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
 from pipeline.ingest.load_test_sweeps import (
     branches_and_warm_up,
@@ -18,6 +28,7 @@ from pipeline.ingest.load_test_sweeps import (
     with_signs_of_codes,
 )
 from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED
+from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted
 from pipeline.ingest.settled_steps import settle_loads
@@ -43,7 +54,7 @@ def _take_steps(file: BenchFile) -> None:
         codes = tell_codes(tables, file.path)
         for table, code in zip(tables, codes, strict=True):
             table.problems += table.words.problems
-            table.take((pwm_problems, command_in_codes, with_words(code), *_STEPS))
+            table.take((factor_unclear, pwm_problems, command_in_codes, with_words(code), *_STEPS))
 
 
 def _clock_and_powers(table: Table) -> Iterator[Problem]:
@@ -72,7 +83,7 @@ def _clock_and_powers(table: Table) -> Iterator[Problem]:
 _STEPS: tuple[Step, ...] = (
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes, drop_dead_channels),
     *(branches_and_warm_up, check_signs, codes_in_range, two_curves, check_powers),
-    *(check_magnitudes, _clock_and_powers),
+    *(check_magnitudes, torque_of_current, _clock_and_powers),
 )
 
 
@@ -121,8 +132,9 @@ def _remarks(file: Place, points: Sequence[LoadTestPoint]) -> Iterator[Problem]:
 def _one_code(
     points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle
 ) -> Iterator[Problem]:
-    """Say where all files together have one code only."""
+    """Say where all files together have one code only, or end far within the drive's range."""
     codes = {point.code for point in points if point.code is not None}
+    yield from ends_within(codes, folder, vehicle)
     if len({abs(code) for code in codes}) == 1:
         yield folder.error(
             f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): "

@@ -8,12 +8,15 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table, numbers
 from pipeline.ingest.blocks import Block
+from pipeline.ingest.column_data import ratio_of
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
 _CHANNELS = ("current", "voltage", "input_power", "output_power")
 _RATIO_TOLERANCE = 0.05
 _STEADY = 0.05
+#: Two measured columns are not so nearly in proportion.
+_EXACT, _LEAST_ROWS = 2e-3, 6
 
 
 def drop_dead_channels(table: Table) -> Iterator[Problem]:
@@ -128,6 +131,20 @@ def _suspects(block: Block, quantity: str, ratio: float, causes: tuple[str, str]
         if unit is not None:
             suspects.append(f"{cause.replace('_', ' ')} is in {unit}, not {column.unit}")
     return f" It would agree if {', or if '.join(suspects)}." if suspects else ""
+
+
+def torque_of_current(table: Table) -> Iterator[Problem]:
+    """Warn of a torque that is the current times a constant: computed from it, not measured."""
+    live = table.live()
+    found = ratio_of(numbers(live, "current"), numbers(live, "torque"))
+    if found is not None and len(live) >= _LEAST_ROWS and found.spread <= _EXACT:
+        yield table.at(live[0].row, "torque").warning(
+            f"the torque is {found.median:.4g} N m for each ampere in every row, without the "
+            "current of no load: it was computed from the current, not measured.",
+            "the torque of a sensor.",
+            "State the column of the measured torque in vehicle.yaml under columns: load_test: "
+            "torque.",
+        )
 
 
 def check_magnitudes(table: Table) -> Iterator[Problem]:

@@ -12,9 +12,16 @@ from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import Sheet, shorten
-from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
+from pipeline.ingest.commands import (
+    codes_in_range,
+    command_in_codes,
+    ends_within,
+    pwm_note,
+    pwm_problems,
+)
 from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.mooring_points import hysteresis, points_of_file
+from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
@@ -25,7 +32,7 @@ from pipeline.ingest.thrust_checks import (
     shape_problem,
     thrust_problem,
 )
-from pipeline.ingest.vocabulary import factor_in_name, pattern_of, plain, words_of
+from pipeline.ingest.vocabulary import pattern_of, plain, words_of
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.bench_schema import is_at_supply, voltage_groups
@@ -73,32 +80,16 @@ def _sheets(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet, ...]:
     return read_thrust_log(path, shown_as, vehicle)
 
 
-def _lever_unclear(table: Table) -> Iterator[Problem]:
-    """Refuse a table whose numbers need something that only people know."""
-    thrust, stated = table.block.columns["thrust"], table.vehicle.columns.mooring.thrust
-    title = heading_text(table.block.above)
-    lever = next(
-        (text for text in (thrust.header, thrust.group, title) if pattern_of("lever").search(text)),
-        title if factor_in_name(title, "thrust") else None,
-    )
-    own = f"{thrust.group} {thrust.header}".strip()
-    if lever is None and table.block.thruster is None and pattern_of("together").search(own):
-        lever = own
-    if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
-        yield table.leave_out(
-            table.at(table.head, "thrust").error(
-                f'"{shorten(lever)}" speaks of a lever, a factor or several thrusters; whether '
-                "the numbers are the thrust of one is not known. So the table was left out.",
-                "the factor from the sensor's force to the thrust.",
-                "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
-                f'    mooring:\n      thrust: {{header: "{shorten(thrust.header)}", unit: '
-                f"{thrust.unit or '...'}, scale: ...}}",
-            )
-        )
-
-
 def _at_rest(table: Table) -> Iterator[Problem]:
     """Mark the readings that were taken in a flow."""
+    title = heading_text(table.block.above)
+    if "speed" not in table.block.columns and pattern_of("flow").search(title):
+        yield table.at(table.head).warning(
+            f'"{shorten(title)}" states a speed, and there is no column of it: the thrust is taken '
+            "for that at rest.",
+            "thrust at rest, or the speed of the water beside it.",
+            "If the water flowed, write a column of its speed.",
+        )
     moving = [one.row for one in table.readings if abs(one.values.get("speed", 0.0)) > _AT_REST_MPS]
     if moving:
         table.mark(set(moving), IN_A_FLOW)
@@ -123,7 +114,7 @@ def _voltage_and_sense(table: Table) -> tuple[Problem, ...]:
 
 
 _STEPS: tuple[Step, ...] = (
-    *(_lever_unclear, pwm_problems, command_in_codes, settle, _at_rest, with_signed_codes),
+    *(factor_unclear, pwm_problems, command_in_codes, settle, _at_rest, with_signed_codes),
     *(codes_in_range, _voltage_and_sense),
 )
 
@@ -204,6 +195,7 @@ def _summary(_table: Table, points: Sequence[MooringPoint]) -> str:
 def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
     """Say what only all files together show: supply voltages, too few codes."""
     codes = {point.code for point in fitted}
+    yield from ends_within(codes, folder, vehicle)
     if len(codes) < 2:
         what = f"there is one code only ({codes.pop():g}): no characteristic follows from it."
         expected = f"several codes from {vehicle.drive.code_min} to {vehicle.drive.code_max}."

@@ -24,6 +24,7 @@ from pipeline.ingest.open_water_coefficients import (
     coefficients,
     doubt,
     efficiency,
+    impossible,
     over_pi,
 )
 from pipeline.ingest.rows import counted, listed
@@ -83,7 +84,7 @@ def _of_table(table: Table) -> list[OpenWaterPoint]:
     marks = _marks(table, rows)
     good = [row for row, own in zip(rows, marks, strict=True) if not own]
     problems += _cross_check(table, good)
-    unclear = _advance_unclear(table, good)
+    unclear = _impossible(table, good) or _advance_unclear(table, good)
     problems += unclear
     if any(one.severity == "error" for one in unclear):
         return []
@@ -256,6 +257,12 @@ def _advance_unclear(table: Table, used: Sequence[tuple[Reading, Coefficients]])
     return [place.error(said, "an advance coefficient that is known.", remedy)]
 
 
+def _impossible(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
+    why = impossible([found for _, found in used])
+    what, expected = f"{why}. So the table was left out.", "readings of a turning propeller."
+    return [table.at(table.head).error(what, expected, _CHECK_SIGN)] if why else []
+
+
 def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
     """Compare with the efficiency column; without one, look for what cannot be true."""
     yield from _against_raw(table, used)
@@ -290,6 +297,10 @@ def _efficiency_check(used: Sequence[tuple[Reading, Coefficients]]) -> Efficienc
     return check_efficiency(computed, stated)
 
 
+_CHECK_SIGN = (
+    "Correct the units, or state in vehicle.yaml the column, its unit and its sign:\n  columns:\n"
+    '    open_water:\n      thrust: {header: "...", unit: ..., sign: -1}'
+)
 _CHECK_COLUMN = (
     "Correct the header, or state the column in vehicle.yaml under columns: open_water "
     "(a torque_coefficient whose header starts with 10 is divided by 10)."

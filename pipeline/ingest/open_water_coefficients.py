@@ -23,6 +23,9 @@ _STANDING_RPM = 1e-3
 #: K_Q / K_T of a screw where K_T is large lies between about 0.08 and 0.3; ten times is a mix-up.
 _LARGEST_TORQUE_SHARE = 0.6
 _SMALLEST_TORQUE_SHARE = 0.02
+#: Below this J a propeller all but stands; no screw has less thrust there; K_T falls by this share
+#: at least where a correlation with J tells that it grows.
+_NEAR_REST, _LEAST_K_T, _FALLS, _RISES, _LEAST_POINTS = 0.4, 0.02, 0.3, 0.8, 4
 
 
 class NoCoefficientError(ValueError):
@@ -200,6 +203,30 @@ def over_pi(points: Sequence[Coefficients], name: str, ratio: float | None) -> f
     return score - (4.0 * math.log(best / _ETA) if best > 0.0 else 0.0)
 
 
+def impossible(points: Sequence[Coefficients]) -> str:
+    """Say what no propeller does, whatever its name: too little thrust, a sign; empty if nothing.
+
+    Near rest a turning propeller pushes, and the less the faster it goes.
+
+    >>> impossible([Coefficients(j, 0.4 + 0.4 * j, None) for j in (-0.8, -0.5, -0.2, 0.0)])
+    'K_T grows with J: the sign of the speed'
+    """
+    both = [(one.advance_ratio, one.thrust_coefficient or 0.0) for one in points]
+    advance, thrust = np.array(both).reshape(-1, 2).T
+    near = np.abs(advance) < _NEAR_REST
+    if not thrust.any() or not near.any():
+        return ""
+    largest = float(np.abs(thrust).max())
+    if largest < _LEAST_K_T:
+        return f"K_T is {largest:.2g} at most, a screw has 0.1 to 0.8: a unit, or another speed"
+    if (thrust <= 0.0).all():
+        return "K_T is negative throughout: the sign of the thrust sensor"
+    least_of = thrust.size >= _LEAST_POINTS and np.ptp(thrust) > _FALLS * largest
+    if least_of and np.corrcoef(advance, thrust)[0, 1] > _RISES:
+        return "K_T grows with J: the sign of the speed"
+    return ""
+
+
 def doubt(points: Sequence[Coefficients]) -> str:
     """Say what cannot be true of K_T and K_Q by themselves; empty if nothing is odd.
 
@@ -214,8 +241,6 @@ def doubt(points: Sequence[Coefficients]) -> str:
     if not both:
         return ""
     largest = max(thrust for _, thrust, _ in both)
-    if largest <= 0.0 < max(torque for _, _, torque in both):
-        return "K_T is negative throughout and K_Q is not: the sign of the thrust sensor"
     loaded = [torque / thrust for _, thrust, torque in both if thrust > 0.6 * largest > 0.0]
     share = float(np.median(loaded)) if loaded else 0.15
     text = f"K_Q is {100 * share:.3g} % of K_T where the thrust is large, a screw has 8 to 30 %"

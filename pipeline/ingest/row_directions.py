@@ -47,7 +47,7 @@ def directions_of(
         is_named = is_reverse or any(plain(h.name) in _PLAIN_NAMES for h in split_header(head))
         if stated is None and not is_named and not _may_be_words(block, rows, index):
             continue
-        texts = _texts(block, rows, index)
+        texts = texts_in(block, rows, index)
         if stated is not None:
             if plain(head) == plain(stated.header):
                 words = {plain(text) for text in stated.reverse}
@@ -69,7 +69,8 @@ def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
     return isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
 
 
-def _texts(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
+def texts_in(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
+    """Return what the filled cells of a column say, by row."""
     texts: dict[int, str] = {}
     for row in rows:
         cell = block.sheet.cell(row, index)

@@ -18,6 +18,8 @@ from pipeline.types import FloatArray
 
 #: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
 MOST_PRESSURE_PA = 150e3
+#: A jet of 0.4 m/s: less is doubtful as the largest thrust.
+_LEAST_PRESSURE_PA = 100.0
 #: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
 LEAST_K_T, MOST_K_T = 0.02, 1.2
 _USUAL_K_T = (0.1, 0.8)
@@ -57,7 +59,7 @@ def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | No
     area = math.pi / 4.0 * diameter**2
     speed_rps = np.array([abs(point.shaft_speed_rpm or math.nan) for point in used]) / 60.0
     k_t = _median((thrust / (rho * speed_rps**2 * diameter**4))[large])
-    merit = _median(_merit(used, thrust, rho * area)[large])
+    merit = _median(_merit(table, used, thrust, rho * area)[large])
     pressure_pa = float(thrust.max()) / area
     usual = math.sqrt(_USUAL_K_T[0] * _USUAL_K_T[1])
     if k_t is not None and not _DOUBTFUL_K_T[0] <= k_t <= _DOUBTFUL_K_T[1]:
@@ -66,14 +68,16 @@ def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | No
             f"{_USUAL_K_T[1]:g}"
         )
         return _problem(table, why, k_t / usual, is_possible=LEAST_K_T <= k_t <= MOST_K_T)
-    if pressure_pa > MOST_PRESSURE_PA:
+    if not _LEAST_PRESSURE_PA <= pressure_pa <= MOST_PRESSURE_PA:
+        is_possible = pressure_pa <= MOST_PRESSURE_PA
+        given = "less than most give" if is_possible else "more than any gives"
         why = (
             f"{thrust.max():.3g} N on the disc of a propeller of {diameter:g} m are "
-            f"{pressure_pa / 1000.0:.3g} kPa, more than any gives"
+            f"{pressure_pa / 1000.0:.3g} kPa, {given}"
         )
-        return _problem(table, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=False)
+        return _problem(table, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=is_possible)
     if merit is not None and not _DOUBTFUL_MERIT <= merit <= MOST_MERIT:
-        why = f"an ideal propeller would take {merit:.3g} times the power U I that was drawn"
+        why = f"an ideal propeller would take {merit:.3g} times the power that was drawn"
         ratio = (merit / _USUAL_MERIT) ** (2.0 / 3.0)
         return _problem(table, why, ratio, is_possible=merit <= MOST_MERIT)
     return None
@@ -98,9 +102,22 @@ def _problem(table: Table, why: str, ratio: float, *, is_possible: bool) -> Prob
     )
 
 
-def _merit(used: Sequence[MooringPoint], thrust: FloatArray, rho_area: float) -> FloatArray:
-    power_w = np.array([(one.voltage_v or math.nan) * (one.current_a or math.nan) for one in used])
-    return np.asarray(thrust**1.5 / math.sqrt(2.0 * rho_area) / np.abs(power_w))
+def _merit(
+    table: Table, used: Sequence[MooringPoint], thrust: FloatArray, rho_area: float
+) -> FloatArray:
+    """Return ideal over drawn power, U I or that of a column."""
+    drawn = {
+        one.row: one.values["input_power"] for one in table.live() if "input_power" in one.values
+    }
+    power_w = np.array(
+        [
+            drawn.get(one.source.row, (one.voltage_v or math.nan) * (one.current_a or math.nan))
+            for one in used
+        ]
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        merit = thrust**1.5 / math.sqrt(2.0 * rho_area) / np.abs(power_w)
+    return np.asarray(np.where(np.isfinite(merit), merit, math.nan))
 
 
 def _likely(column: BlockColumn, ratio: float) -> str:

@@ -39,12 +39,12 @@ def test_six_sheets_of_201_points_and_no_complaint(record: MooringRecord) -> Non
 def test_columns_and_units_as_the_sheet_states_them(record: MooringRecord) -> None:
     for sheet in record.sheets:
         columns = {column.quantity: column for column in sheet.columns}
-        assert set(columns) == {"pwm", "thrust", "shaft_speed", "voltage", "current"}
         assert {name: column.column for name, column in columns.items()} == {
             "pwm": "A",
             "shaft_speed": "B",
             "current": "C",
             "voltage": "D",
+            "input_power": "E",
             "thrust": "F",
         }
         assert columns["thrust"].unit == "Kg f"

@@ -173,7 +173,7 @@ def test_a_heading_that_states_another_range_than_is_taken_is_refused(
 def test_pulse_widths_far_within_the_stated_range_are_told(tmp_path: Path) -> None:
     content = text("pwm us,speed rpm,torque N m", pulses(400))
     record = read(tmp_path, content, neutral_us=1500.0, half_range_us=500.0)
-    told = [one for one in record.problems if "end far within the stated range" in one.what]
+    told = [one for one in record.problems if "end far within the range" in one.what]
     assert [one.severity for one in told] == ["warning"]
     assert max(code for code, _, _ in fitted(record)) == pytest.approx(101.6)
 

@@ -78,7 +78,7 @@ REFUSED = {
     "F1 (N)": table("Code;F1 (N);F2 (N);F3 (N)", CODE, *(0.33 * THRUST,) * 3),
     "rest is not at code 0": table("Throttle (%);Thrust (N)", 50 + 50 * SHARE, THRUST),
     "as a duty cycle does": table("Duty (%);Thrust (N)", 7.5 + 2 * SHARE[AHEAD], THRUST[AHEAD]),
-    "speaks of a lever, a factor": "Коромысло 1:2\n\n" + table("Код;Сила, Н", CODE, THRUST),
+    "speaks of a lever, a gear": "Коромысло 1:2\n\n" + table("Код;Сила, Н", CODE, THRUST),
     "Values x10": "Values x10\n\n" + table("Code;Thrust (N)", CODE, THRUST),
 }
 
@@ -158,8 +158,7 @@ def test_coefficients(head: str, part: float, said: str, tmp_path: Path) -> None
     columns = [j, part * k_t, 10 * k_q, 900 * k_t, np.full(8, 600.0)][: head.count(";") + 1]
     (tmp_path / "a.csv").write_text(table(head, *columns) + "\n", encoding="utf-8")
     record = read_open_water([tmp_path / "a.csv"], vehicle(), tmp_path)
-    warned = "\n".join(one.what for one in record.problems if one.severity == "warning")
-    assert said in warned
+    assert said in "\n".join(one.what for one in record.problems if one.severity != "note")
     if not said:
         found = [one.thrust_coefficient for one in record.points]
         assert found == pytest.approx(k_t)

@@ -1,5 +1,6 @@
 """Tables that read well and say, somewhere beside the numbers, that they mean something else."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,11 @@ from pipeline.check.bench_files import READERS, RawRecord
 SHARE = np.linspace(-1.0, 1.0, 21)
 CODE = np.round(127.0 * SHARE)
 THRUST = 40.0 * np.sign(SHARE) * np.clip((np.abs(SHARE) - 0.06) / 0.94, 0.0, None) ** 1.8
+CODES = np.repeat([40.0, 60.0, 90.0, 127.0], 6)
+TORQUE = CODES / 64.0 * np.tile(np.linspace(0.05, 1.0, 6), 4)
+SPEED = 3000.0 * CODES / 127.0 - 450.0 * TORQUE
+ADVANCE = np.linspace(0.0, 0.7, 8)
+K_T = 0.4 * (1 - ADVANCE / 0.95)
 Rows = list[list[object]]
 
 
@@ -59,7 +65,141 @@ def test_a_size_or_a_letter_beside_the_table_is_no_unit(
     assert not said(record, "warning")
 
 
+@pytest.mark.parametrize(
+    ("title", "beside"),
+    [
+        ("Load cell at 0.6 m, thruster at 0.3 m from the hinge", "Run"),
+        ("Force over a double pulley", "Run"),
+        ("Pair of thrusters", "Run"),
+        ("2 thrusters on the frame", "Run"),
+        ("", "L1 (m)"),
+        ("", "Lever arm (m)"),
+        ("", "Плечо, м"),
+    ],
+)
+def test_a_lever_or_a_second_thruster_is_asked_for(title: str, beside: str, tmp_path: Path) -> None:
+    rows = rows_of(f"Code;Force (N);{beside}", CODE, THRUST, np.full(21, 0.6))
+    assert "scale: ..." in str([one.remedy for one in _errors(tmp_path, "mooring", title, rows)])
+
+
+@pytest.mark.parametrize("title", ["Gear ratio 3:1, speed of the motor", "Редуктор 1:3"])
+def test_a_gear_is_asked_for(title: str, tmp_path: Path) -> None:
+    rows = rows_of("Code;Speed (rpm);Torque (N m)", CODES, SPEED, TORQUE)
+    remedies = str([one.remedy for one in _errors(tmp_path, "load_test", title, rows)])
+    assert "shaft_speed: {header" in remedies
+    assert "torque: {header" in remedies
+
+
+def test_a_number_of_poles_is_told(tmp_path: Path) -> None:
+    rows = rows_of("Code;Speed (rpm);Torque (N m)", CODES, SPEED, TORQUE)
+    record = read(tmp_path, "load_test", [["Direct drive, 14 poles"], *rows])
+    assert len(record.points) == CODES.size
+    assert "speaks of poles" in said(record, "warning")
+
+
+def _errors(tmp_path: Path, kind: str, title: str, rows: Rows) -> list[object]:
+    record = read(tmp_path, kind, [[title], *rows])
+    assert not record.points
+    return [one for one in record.problems if one.severity == "error"]
+
+
+@pytest.mark.parametrize("summed_up", [np.mean, np.std, np.sum])
+def test_a_row_that_sums_up_those_above_by_no_known_word(
+    summed_up: Callable[[object], float], tmp_path: Path
+) -> None:
+    code, thrust = CODE[10:], THRUST[10:]
+    rows = rows_of("Code;Thrust (N)", code, thrust)
+    rows.append([float(summed_up(code)), float(summed_up(thrust)), "Mittelwert"])
+    record = read(tmp_path, "mooring", rows)
+    assert [one.code for one in record.points if not one.marks] == [*code[1:]]
+    assert "1 row of means, spreads or sums" in said(record, "warning")
+
+
+def test_a_last_reading_at_rest_sums_up_nothing(tmp_path: Path) -> None:
+    """Readings ahead and astern that are alike have a mean of next to nothing, too."""
+    rows = rows_of("Code;Thrust (N)", [*CODE, 0.0], [*THRUST, 0.0])
+    assert not said(read(tmp_path, "mooring", rows), "warning")
+
+
+def test_what_has_an_offset_is_not_the_sum(tmp_path: Path) -> None:
+    columns = (CODES, SPEED, TORQUE + 0.3, np.full(24, 0.3), TORQUE)
+    head = "Code;Speed (rpm);Torque raw (Nm);Torque zero (Nm);Torque net (Nm)"
+    record = read(tmp_path, "load_test", rows_of(head, *columns))
+    assert [one.torque_nm for one in record.points] == pytest.approx(TORQUE)
+
+
+@pytest.mark.parametrize(
+    ("head", "factors", "why"),
+    [
+        ("J;KT", (-1.0, 1.0), "grows with J"),
+        ("J;KT", (1.0, -1.0), "negative throughout"),
+        ("J;KT", (1.0 / 7.0, 1.0 / 49.0), "a screw has 0.1 to 0.8"),
+    ],
+)
+def test_what_no_propeller_does_in_open_water(
+    head: str, factors: tuple[float, float], why: str, tmp_path: Path
+) -> None:
+    rows = rows_of(head, factors[0] * ADVANCE, factors[1] * K_T)
+    record = read(tmp_path, "open_water", rows)
+    assert why in said(record, "error")
+    assert not record.points
+
+
+def test_a_torque_made_of_the_current_is_told(tmp_path: Path) -> None:
+    head = "Code;Speed (rpm);Torque (N m);Current (A)"
+    record = read(tmp_path, "load_test", rows_of(head, CODES, SPEED, TORQUE, TORQUE / 0.05))
+    assert "computed from the current" in said(record, "warning")
+
+
+def test_a_one_way_controller_of_a_load_test(tmp_path: Path) -> None:
+    pulses = 1100.0 + 800.0 * CODES / 127.0
+    rows = rows_of("PWM (us);Speed (rpm);Torque (N m)", pulses, SPEED, TORQUE)
+    record = read(tmp_path, "load_test", rows)
+    assert "taken for neutral" in said(record, "error")
+    assert not record.points
+
+
 def test_a_command_over_microseconds(tmp_path: Path) -> None:
     rows = rows_of("Command;Thrust", 1500 + 400 * SHARE, THRUST)
     record = read(tmp_path, "mooring", [rows[0], ["us", "N"], *rows[1:]])
     assert [one.code for one in record.points] == pytest.approx(127 * SHARE)
+
+
+@pytest.mark.parametrize(("end", "told"), [(100.0, True), (50.0, True), (110.0, False)])
+def test_codes_that_may_count_to_another_end(end: float, told: bool, tmp_path: Path) -> None:
+    record = read(tmp_path, "mooring", rows_of("Code;Thrust (N)", np.round(end * SHARE), THRUST))
+    assert (f"the codes end at {end:g}" in said(record, "warning")) is told
+
+
+def test_sensors_in_front_and_at_the_back_are_no_directions(tmp_path: Path) -> None:
+    rows = rows_of("Code;Front force (N);Back force (N)", CODE, 0.3 * THRUST, 0.7 * THRUST)
+    assert "thrust may be B" in said(read(tmp_path, "mooring", rows), "error")
+
+
+@pytest.mark.parametrize(
+    ("head", "odd", "usual"), [("Remark", "bad reading", ""), ("Valid", 0, 1), ("OK?", "no", "yes")]
+)
+def test_rows_that_a_column_sets_apart_are_told(
+    head: str, odd: object, usual: object, tmp_path: Path
+) -> None:
+    marks = [odd if at in {3, 7} else usual for at in range(21)]
+    record = read(tmp_path, "mooring", rows_of(f"Code;Thrust (N);{head}", CODE, THRUST, marks))
+    assert f'"{head}" says "{odd}" of rows 5, 9' in said(record, "warning")
+
+
+def test_a_title_that_states_a_flow_is_told(tmp_path: Path) -> None:
+    rows = [["Carriage speed 1.0 m/s"], *rows_of("Code;Thrust (N)", CODE, THRUST)]
+    assert "states a speed" in said(read(tmp_path, "mooring", rows), "warning")
+
+
+@pytest.mark.parametrize(
+    ("head", "beside", "why"),
+    [("Thrust (mN)", "Run", "less than most give"), ("Thrust (kgf)", "Power (W)", "was drawn")],
+)
+def test_too_little_thrust_for_disc_or_power(
+    head: str, beside: str, why: str, tmp_path: Path
+) -> None:
+    power_w = np.abs(THRUST) ** 1.5 / np.sqrt(2000.0 * np.pi / 4.0 * 0.14**2) / 0.35
+    part = 1.0 if head.endswith("(mN)") else 0.01
+    rows = rows_of(f"Code;{head};{beside}", CODE, part * THRUST, power_w)
+    assert why in said(read(tmp_path, "mooring", rows), "warning")
