@@ -3,12 +3,11 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
-from pipeline.ingest.cells import Row, Sheet, column_letter, shorten
+from pipeline.ingest.cells import Sheet, column_letter, shorten
 from pipeline.ingest.column_data import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
 from pipeline.ingest.unit_text import (
@@ -18,19 +17,14 @@ from pipeline.ingest.unit_text import (
     quantities_of,
 )
 from pipeline.ingest.vocabulary import (
-    HeaderText,
     Words,
     factor_in_name,
-    name_score,
     read_unit_cell,
-    split_header,
     unit_fits,
     unit_in_text,
     unit_told_by_name,
 )
 from pipeline.vehicle.bench_schema import Column, Columns
-
-_ROWS_LOOKED_AT = 200
 
 
 @dataclass(frozen=True)
@@ -219,20 +213,11 @@ def _with_unit(
         return column
     odd = match.header.odd_unit
     if odd is not None and words.default_unit is None:
-        raise UnitTextError(why_unknown(odd, kind))
+        factor(odd, kind)  # says why it is none
     told = unit_told_by_name(match.header, words) or words.default_unit
     if told is not None:
         return replace(column, unit=told, unit_from="assumed", factor=factor(told, kind))
     raise UnitTextError(f"no unit is stated; known: {', '.join(known_units(kind))}")
-
-
-def why_unknown(unit: str, kind: str) -> str:
-    """Return why a text is no unit of a quantity; empty where it is one."""
-    try:
-        factor(unit, kind)
-    except UnitTextError as error:
-        return str(error)
-    return ""
 
 
 def _units_written(
@@ -326,39 +311,3 @@ def _refused(  # noqa: PLR0917  one problem
         remedy = f"{remedy}."
     what = f'{column.quantity.replace("_", " ")} "{shorten(column.header)}": {why}. So {left_out}.'
     return Problem(severity, replace(place, column=column.letter), what, expected, remedy)
-
-
-def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:
-    """Say which columns have the right name and a unit of something else."""
-    for row, cells in islice(sheet.numbered(), _ROWS_LOOKED_AT):
-        named = _by_name_alone(cells, wanted)
-        if not wanted.is_complete(set(named)):
-            continue
-        problems: list[Problem] = []
-        for quantity in [name for group in wanted.required for name in group if name in named]:
-            words = wanted.vocabulary[quantity]
-            index, header, text = named[quantity]
-            if words.unit_kind is None or header.unit is None or unit_fits(header.unit, words):
-                continue
-            column = BlockColumn(quantity, index, text)
-            why = why_unknown(header.unit, words.unit_kind)
-            problems.append(unit_problem(column, sheet.place(row), wanted, why))
-        if problems:
-            return problems
-    return []
-
-
-def _by_name_alone(cells: Row, wanted: Wanted) -> dict[str, tuple[int, HeaderText, str]]:
-    """Return the best column of each quantity by its name, whatever its unit."""
-    best: dict[str, int] = {}
-    found: dict[str, tuple[int, HeaderText, str]] = {}
-    for index, cell in enumerate(cells):
-        if not isinstance(cell, str):
-            continue
-        for header in split_header(cell):
-            for quantity, words in wanted.vocabulary.items():
-                score = name_score(header, words)
-                if score > best.get(quantity, 0):
-                    best[quantity] = score
-                    found[quantity] = (index, header, cell)
-    return found

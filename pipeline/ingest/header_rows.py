@@ -29,6 +29,8 @@ ELECTRICAL = "electrical_shaft_speed"
 _OTHER_MEANINGS = words_of("groups", "other_meanings")
 #: What a column with a unit and an unknown name scores: less than any name.
 _BY_UNIT = 8
+#: What a name scores whose unit is of something else: less than any column that may be read.
+_MISFIT = 1
 #: What a column scores that vehicle.yaml states.
 _STATED = 1000
 _LONGEST_NAME = 4
@@ -182,7 +184,8 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     if "shaft_speed" in wanted.vocabulary and is_electrical(text):
         return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
-    for score, quantity, header in _scores(text, wanted.kind, wanted.split_words):
+    needed = tuple(name for group in wanted.required for name in group)
+    for score, quantity, header in _scores(text, wanted.kind, wanted.split_words, needed):
         if quantity in wanted.mapping:
             continue
         if best is None or score > best.score:
@@ -192,10 +195,11 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
 
 @functools.lru_cache(maxsize=8192)
 def _scores(
-    text: str, kind: str, split_words: tuple[str, ...]
+    text: str, kind: str, split_words: tuple[str, ...], needed: tuple[str, ...]
 ) -> tuple[tuple[int, str, HeaderText], ...]:
     vocabulary = vocabulary_of(kind)
     scores: list[tuple[int, str, HeaderText]] = []
+    misfits: list[tuple[int, str, HeaderText]] = []
     for header in split_header(text):
         bare = replace(header, name=_strip_words(header.name, split_words))
         for quantity, words in vocabulary.items():
@@ -206,7 +210,9 @@ def _scores(
                 scores.append((score, "code", header))
             if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
                 scores.append((score + (5 if header.unit else 0), quantity, header))
-    return tuple(scores) or _scores_by_unit(text, vocabulary)
+            elif score > 0 and words.unit_kind is not None and quantity in needed:
+                misfits.append((_MISFIT, quantity, header))  # to be refused with its unit
+    return tuple(scores) or _scores_by_unit(text, vocabulary) or tuple(misfits)
 
 
 def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, HeaderText], ...]:

@@ -9,7 +9,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, headings
 from pipeline.ingest.cells import Sheet, are_spoilt, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
-from pipeline.ingest.column_units import HeadRows, misfits, read_columns
+from pipeline.ingest.column_units import HeadRows, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, header_rows, letter_of
 from pipeline.ingest.stated_columns import blocks_by_letter, missing_columns, rows_wanted
 from pipeline.ingest.vocabulary import plain
@@ -63,7 +63,7 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
         problems += wrong
         free_from = last + 1
     if not headers:
-        problems += list(missing_columns(sheet, wanted)) or misfits(sheet, wanted)
+        problems += missing_columns(sheet, wanted)
     return BlockSearch(tuple(blocks), tuple(dict.fromkeys(problems)))
 
 
