@@ -11,7 +11,7 @@ from pipeline.ingest.cells import Sheet, are_spoilt, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, header_rows, letter_of
-from pipeline.ingest.stated_columns import blocks_by_letter, missing_columns, rows_wanted
+from pipeline.ingest.stated_columns import columns_by_letter, missing_columns, rows_wanted
 from pipeline.ingest.vocabulary import plain
 
 _HEADING_ROWS = 12
@@ -43,12 +43,14 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
     """
     by_letter = {name: column for name, column in wanted.mapping.items() if letter_of(column)}
     if by_letter and wanted.is_complete(set(by_letter)):
-        return BlockSearch(*blocks_by_letter(sheet, wanted, by_letter))
+        headers = columns_by_letter(sheet, wanted, by_letter)
+    else:
+        headers = header_rows(sheet, wanted)
+        if not headers:
+            return BlockSearch((), tuple(dict.fromkeys(missing_columns(sheet, wanted))))
     blocks: list[Block] = []
     problems: list[Problem] = []
-    row = sheet.first_row
     free_from = sheet.first_row
-    headers = header_rows(sheet, wanted)
     if len(headers) > _MOST_TABLES:
         problem = sheet.place(headers[0][0]).error(
             f"the column names are repeated {len(headers)} times; the sheet was left out.",
@@ -62,8 +64,6 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
         blocks += found
         problems += wrong
         free_from = last + 1
-    if not headers:
-        problems += missing_columns(sheet, wanted)
     return BlockSearch(tuple(blocks), tuple(dict.fromkeys(problems)))
 
 

@@ -5,9 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pipeline.errors import Problem
-from pipeline.ingest.blocks import Block, headings
 from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
-from pipeline.ingest.column_units import HeadRows, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
 from pipeline.ingest.vocabulary import HeaderText, is_other, plain, words_of
 from pipeline.vehicle.bench_schema import Column
@@ -15,29 +13,23 @@ from pipeline.vehicle.bench_schema import Column
 _CALCULATED = words_of("groups", "not_readings")
 
 
-def blocks_by_letter(
+def columns_by_letter(
     sheet: Sheet, wanted: Wanted, by_letter: Mapping[str, Column]
-) -> tuple[tuple[Block, ...], tuple[Problem, ...]]:
-    """Read a table without names: vehicle.yaml states "column A" and so on."""
-    group = {
-        quantity: Match(quantity, column_index(letter), 0, HeaderText(one.header), one.header)
+) -> list[tuple[int, list[Match]]]:
+    """Return the row above the first numbers of the columns that vehicle.yaml states by letter.
+
+    A table needs no names then. Empty where no row has a number in each that is needed.
+    """
+    matches = [
+        Match(quantity, column_index(letter), 0, HeaderText(one.header), one.header)
         for quantity, one in by_letter.items()
         if (letter := letter_of(one)) is not None
-    }
-    required = [group[name].index for part in wanted.required for name in part if name in group]
+    ]
+    needed = {name for part in wanted.required for name in part}
+    columns = [match.index for match in matches if match.quantity in needed]
     rows = (row for row, _ in sheet.numbered())
-    first = next(
-        (row for row in rows if all(is_number(sheet.cell(row, i)) for i in required)), None
-    )
-    if first is None:
-        return (), ()
-    names = max(first - 1, sheet.first_row)
-    place = HeadRows(sheet.first_row, names, first, sheet.last_row)
-    columns, problems = read_columns(sheet, wanted, place, group)
-    if not wanted.is_complete(set(columns)):
-        return (), tuple(problems)
-    above = headings(sheet, sheet.first_row, first, 0, 10_000)
-    return ((Block(sheet, columns, first - 1, first, sheet.last_row, above),), tuple(problems))
+    first = next((row for row in rows if all(is_number(sheet.cell(row, i)) for i in columns)), None)
+    return [] if first is None else [(first - 1, matches)]
 
 
 def missing_columns(sheet: Sheet, wanted: Wanted) -> Iterator[Problem]:
