@@ -11,7 +11,7 @@ from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.log_names import is_log_anywhere
-from pipeline.ingest.repeats import Repeats, without_copies
+from pipeline.ingest.repeats import Repeats, RowCopies, without_copies
 from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
 from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
@@ -55,7 +55,7 @@ class Kind(Generic[Point]):
     sheets: SheetReader = lambda path, shown_as, _: read_sheets(path, shown_as)
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
-    copies_by_row: bool = False
+    row_copies: RowCopies = "table"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def read_files(
     sheets: list[SheetRead] = []
     tables: list[Table] = []
     by_table: list[tuple[Point, ...]] = []
-    repeats = Repeats(by_row=kind.copies_by_row)
+    repeats = Repeats(kind.row_copies)
     kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
     for path in kept:
         own_vehicle = of_logs if is_log_anywhere(path.name) else vehicle

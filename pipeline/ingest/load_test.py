@@ -183,5 +183,5 @@ _KIND = Kind(
     row_words=row_words,
     shared=frozenset({"code"}),
     split_words=BRANCH_WORDS,
-    copies_by_row=True,
+    row_copies="folder",
 )

@@ -229,6 +229,7 @@ _KIND = Kind(
     summary=_summary,
     over_all=_over_all,
     compared=("thrust", curves_of),
+    row_copies="above",
     shared=frozenset({"code", "pwm"}),
     split_words=tuple(
         word

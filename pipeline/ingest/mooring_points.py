@@ -8,7 +8,6 @@ import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Sweep, Table, numbers
-from pipeline.ingest.repeats import pasted_rows
 from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
@@ -75,12 +74,9 @@ def _points(
         return ()
     shaft_speed_rpm = _signed_shaft_speed(table, codes)
     senses = _senses(codes, used, table.sense)
-    copies = pasted_rows(table)
     points = []
     for index, reading in enumerate(table.readings):
         marks = list(reading.marks)
-        if reading.row in copies:
-            marks.append("duplicate")
         if index in signs.against:
             marks.append("thrust against the code")
         if codes[index] == 0.0 and not marks:

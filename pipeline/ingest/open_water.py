@@ -163,12 +163,10 @@ def _several_texts(block: Block) -> tuple[str, int] | None:
 
 
 def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:
-    """Mark copies of rows and impossible advance ratios."""
-    seen: dict[Coefficients, int] = {}
+    """Mark impossible coefficients and advance ratios."""
     large = [reading.row for reading, found in rows if found.is_impossible]
     # where many are, the column is another quantity, and what is small of it is no better
     none_is_sound = len(large) > _MOST_LARGE * len(rows)
-    copies: list[int] = []
     beyond: list[int] = []
     marks: list[tuple[str, ...]] = []
     for reading, found in rows:
@@ -178,14 +176,7 @@ def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[t
             beyond.append(reading.row)
         elif none_is_sound or found.is_impossible:
             own.append("coefficient beyond any propeller")
-        elif not own and found in seen and found.advance_ratio != 0.0:
-            own.append(f"duplicate of row {seen[found]}")
-            copies.append(reading.row)
-        seen.setdefault(found, reading.row)
         marks.append(tuple(own))
-    if copies:
-        what = f"{listed(copies)} repeat earlier rows; left out."
-        table.problems.append(table.at(copies[0]).warning(what, "", "Delete the copies."))
     if large:
         what = f"K_T or K_Q beyond any propeller in {listed(large)}; left out."
         if none_is_sound:

@@ -2,8 +2,8 @@
 
 import hashlib
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from pipeline.ingest.rows import counted, listed
 from pipeline.types import FloatArray
 
 _COPY = "duplicate"
+#: Of which rows one is a copy: of the one above it, as readings of thrust alone may repeat; of any
+#: of its table; of any of the folder, as speeds and torques have many digits.
+RowCopies = Literal["above", "table", "folder"]
 #: Fewer readings may agree by chance.
 _LEAST_ROWS = 4
 #: Of the largest value; what rounding to three digits may change.
@@ -50,13 +53,9 @@ def without_copies(paths: Sequence[Path], shown: Sequence[str]) -> tuple[list[Pa
 class Repeats:
     """Remembers the tables of all files of a folder and marks what was read before."""
 
-    def __init__(self, *, by_row: bool) -> None:
-        """Begin with nothing seen.
-
-        `by_row`: one row that stands twice is a copy, as of a load test, whose speeds and torques
-        have many digits; else only a whole table is.
-        """
-        self._by_row = by_row
+    def __init__(self, rows: RowCopies) -> None:
+        """Begin with nothing seen; `rows` tells which row is a copy of which."""
+        self._which = rows
         self._rows: dict[object, tuple[Place, int]] = {}
         self._tables: dict[object, Place] = {}
 
@@ -67,8 +66,10 @@ class Repeats:
         marked.
         """
         for number, table in enumerate(tables):
-            if not self._by_row:
+            if self._which != "folder":
                 self._whole(table)
+                self._rows = {}
+                self._rows_twice(table)
                 continue
             earlier = [one for one in tables[:number] if one.place != table.place]
             _codes_twice(table, earlier)
@@ -95,7 +96,9 @@ class Repeats:
         for at, one in enumerate(table.readings):
             here = (table.place, one.row)
             seen = here if one.marks else self._rows.setdefault(_key(one), here)
-            if seen != here:
+            if self._which == "above":  # then the rows before count no more
+                self._rows = {_key(one): here}
+            if seen != here and (self._which == "folder" or _is_telling(one)):
                 repeated.setdefault(seen[0], []).append(one.row)
                 table.readings[at] = one.marked(_COPY)
         for first, rows in repeated.items():
@@ -105,9 +108,21 @@ class Repeats:
                 f"{counted(len(rows), 'row')} again as {where} in every number ({listed(rows)}); "
                 "kept but not fitted."
             )
+            is_warning = whole or self._which != "folder"
+            severity: Literal["warning", "note"] = "warning" if is_warning else "note"
             remedy = "If the whole sheet is a copy, delete it." if whole else ""
-            problem = Problem("warning" if whole else "note", table.at(rows[0]), what, "", remedy)
-            table.problems.append(problem)
+            table.problems.append(Problem(severity, table.at(rows[0]), what, "", remedy))
+
+
+def _is_telling(reading: Reading) -> bool:
+    """Tell whether a row that repeats another was written twice, not measured twice.
+
+    Of few quantities, or at rest, equal readings are nothing odd.
+    """
+    values = reading.values
+    at_rest = 0.0 in {values.get(name) for name in ("code", "advance_ratio", "speed")}
+    least = _LEAST_QUANTITIES - ("advance_ratio" in values)
+    return len(values) >= least and not at_rest
 
 
 def _codes_twice(table: Table, earlier: Sequence[Table]) -> None:
@@ -181,19 +196,3 @@ def _key(reading: Reading) -> tuple[str, ...]:
     # Nine digits: the same file read as text and as a workbook differs in the last ones.
     values = {name: v for name, v in reading.values.items() if name != "time"}
     return tuple(f"{name}={value:.9g}" for name, value in sorted(values.items()))
-
-
-def pasted_rows(table: Table) -> list[int]:
-    """Return the rows of a mooring test that were pasted twice, not measured twice, and say so.
-
-    They repeat the row above in all of at least three quantities, with the thruster running.
-    """
-    rows: list[int] = []
-    for before, one in pairwise(table.readings):
-        again = one.values == before.values and not one.marks
-        if again and len(one.values) >= _LEAST_QUANTITIES and one.values["code"] != 0.0:
-            rows.append(one.row)
-    if rows:
-        what = f"every value of the row above stands again in {listed(rows)}; left out."
-        table.problems.append(table.at(rows[0]).warning(what, "", "Delete the copies."))
-    return rows

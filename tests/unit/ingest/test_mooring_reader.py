@@ -498,7 +498,7 @@ def test_pasted_rows_are_duplicates_but_repeated_thrust_is_not(tmp_path: Path) -
     rows = [("Code", "Thrust, N", "rpm"), (0, 0, 0), (40, 6.5, 714), (40, 6.5, 714), (80, 20, 1200)]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", run=rows))
     assert [point.marks for point in record.points][2] == ("duplicate",)
-    assert "again in row 4; left out" in one(of_severity(record, "warning"))
+    assert "1 row again as further up" in one(of_severity(record, "warning"))
     record = read(
         make_vehicle(), xlsx(tmp_path / "b.xlsx", run=[("Code", "Thrust, N"), *UP, (127, 42.0)])
     )

@@ -281,7 +281,7 @@ def test_without_an_efficiency_column_the_impossible_is_found(
 def test_duplicates_and_impossible_advance_ratios_are_marked(tmp_path: Path) -> None:
     rows = [("J", "KT", "KQ"), *CURVES, CURVES[2], (80.0, 0.1, 0.02)]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", rows))
-    assert record.points[-2].marks == ("duplicate of row 4",)
+    assert record.points[-2].marks == ("duplicate",)
     assert record.points[-1].marks == ("advance ratio beyond any propeller",)
     assert len(of_severity(record, "warning")) == 2
 
