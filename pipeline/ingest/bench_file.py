@@ -2,18 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.archive import with_one_cause
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.cells import Sheet, column_index, is_number, shorten
+from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
-from pipeline.ingest.row_directions import block_rows, texts_in
+from pipeline.ingest.row_directions import block_rows, tells_direction, texts_in
 from pipeline.ingest.rows import listed
 from pipeline.ingest.stated_columns import choose_sheets
 from pipeline.ingest.vocabulary import (
@@ -32,6 +32,7 @@ SheetReader = Callable[[Path, str, Vehicle], tuple[Sheet, ...]]
 _MOST_TURNED_ROWS = 40
 #: Columns that say of single rows what they are worth; of one row in so many at most.
 _REMARKS, _FEW = words_of("groups", "remarks") + words_of("groups", "valid"), 4
+_MOST_TEXTS = 200
 
 
 @dataclass
@@ -100,7 +101,7 @@ def read_bench_file(
         if not search.blocks and not search.problems and (instead := _instead(sheet)):
             missed.append((sheet, instead))
         for block in search.blocks:
-            problems += [*_assumed_units(block, wanted), *_set_apart(block)]
+            problems += [*_assumed_units(block, wanted), *_told_apart(block)]
             words = row_words(block, file.vehicle)
             readings = readings_of(block, wanted, words.headings, problems)
             if readings:
@@ -166,23 +167,42 @@ def _nothing(
     )
 
 
-def _set_apart(block: Block) -> Iterator[Problem]:
-    """Say which rows a column of remarks or of validity sets apart: they are read as the others."""
+def _told_apart(block: Block) -> Iterator[Problem]:
+    """Say which rows words set apart, and that all of them were read.
+
+    A column of remarks or of validity speaks of a few rows; one that has a text in every row, and
+    not one of its own in each, is of several machines or settings.
+    """
+    rows, is_told = block_rows(block), bool(block.only)
     for column in block.columns_not_used(None):
-        if not is_other(HeaderText(column.header), _REMARKS):
-            continue
         index = column_index(column.column)
-        rows = block_rows(block)
-        cells = dict.fromkeys(rows, "") | texts_in(block, rows, index)
-        usual, _ = Counter(cells.values()).most_common(1)[0] if cells else ("", 0)
-        odd = [row for row, text in cells.items() if text != usual]
-        if 0 < _FEW * len(odd) <= len(cells):
-            said = shorten(cells[odd[0]])
-            yield block.sheet.place(odd[0], column.column).warning(
-                f'"{shorten(column.header)}" says "{said}" of {listed(odd)}, which were read as '
-                "the others.",
-                "rows that may all be fitted.",
-                'Mark those with "#" in column A that are not to be fitted.',
+        texts = texts_in(block, rows, index)
+        usual, _ = (
+            Counter(texts.get(row, "") for row in rows).most_common(1)[0] if rows else ("", 0)
+        )
+        odd = [row for row in rows if texts.get(row, "") != usual]
+        place, header = block.sheet.place(None, column.column), shorten(column.header, 30)
+        if is_other(HeaderText(column.header), _REMARKS):
+            if 0 < _FEW * len(odd) <= len(rows):
+                said = shorten(texts.get(odd[0], ""))
+                yield replace(place, row=odd[0]).warning(
+                    f'"{header}" says "{said}" of {listed(odd)}, which were read as the others.',
+                    "rows that may all be fitted.",
+                    'Mark those with "#" in column A that are not to be fitted.',
+                )
+        elif (
+            not is_told
+            and len(texts) == len(rows)
+            and all(map(is_text, texts.values()))
+            and 1 < len(set(texts.values())) <= min(_MOST_TEXTS, len(rows) // 2)
+            and not tells_direction(column.header, texts.values())
+        ):
+            is_told = True
+            yield replace(place, row=block.header_row).warning(
+                f'column "{header}" has {len(set(texts.values()))} different texts: the rows may '
+                "be of several machines, and were all read.",
+                "the readings of one machine.",
+                f'Choose in vehicle.yaml: columns: {{...: {{only: {{"{header}": ...}}}}}}.',
             )
 
 

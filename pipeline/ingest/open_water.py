@@ -13,8 +13,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Reading, Table
-from pipeline.ingest.blocks import Block
-from pipeline.ingest.cells import is_text, shorten
+from pipeline.ingest.cells import shorten
 from pipeline.ingest.open_water_coefficients import (
     TORQUE_FACTORS,
     Coefficients,
@@ -38,7 +37,6 @@ _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\
 _LARGEST_ADVANCE_RATIO = 3.0
 #: Share of the rows.
 _MOST_LARGE = 0.2
-_MOST_TEXTS = 200
 #: Evidence in nats for V / (pi n D) in place of J: told of above, refused above.
 _DOUBTED, _REFUSED = -0.7, 0.5
 #: A coefficient that differs by more from its thrust is of another one.
@@ -101,7 +99,7 @@ def _of_table(table: Table) -> list[OpenWaterPoint]:
 
 
 def _notes(table: Table) -> Iterator[Problem]:
-    """Say what was assumed of the columns, and warn of several propellers in one table."""
+    """Say what was assumed of the columns."""
     block, vehicle = table.block, table.vehicle
     there = set(block.columns)
     raw = [
@@ -129,37 +127,6 @@ def _notes(table: Table) -> Iterator[Problem]:
         )
         place = block.place(block.header_row, "power_coefficient")
         yield place.note(what)
-    several = None if block.only else _several_texts(block)
-    if several is not None:
-        header, count = several
-        yield block.place(block.header_row).warning(
-            f'column "{header}" has {count} different texts: the rows may be of several '
-            "propellers, and were all read.",
-            "the open-water curve of one propeller.",
-            f'Choose in vehicle.yaml: columns: {{open_water: {{only: {{"{header}": ...}}}}}}.',
-        )
-
-
-def _several_texts(block: Block) -> tuple[str, int] | None:
-    """Return header and number of texts of a column that tells rows apart by text."""
-    read = {column.index for column in block.columns.values()}
-    low, high = block.span
-    header_cells = block.sheet.cells(block.header_row)
-    for index, header in enumerate(header_cells[low : high + 1], start=low):
-        if index in read or not isinstance(header, str):
-            continue
-        texts: set[str] = set()
-        rows = filled = 0
-        for row in range(block.first_row, block.last_row + 1):
-            cell = block.sheet.cell(row, index)
-            rows += 1
-            if isinstance(cell, str) and is_text(cell):
-                filled += 1
-                texts.add(cell)
-        # A column of remarks has gaps or a text of its own in each row.
-        if filled == rows and 1 < len(texts) <= min(_MOST_TEXTS, rows // 2):
-            return shorten(header, 30), len(texts)
-    return None
 
 
 def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:

@@ -1,6 +1,6 @@
 """Which rows were taken in reverse: a column or headings that say so, where codes have no sign."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
@@ -67,6 +67,19 @@ def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
     cells = (block.sheet.cell(row, index) for row in rows)
     first = next((cell for cell in cells if cell is not None), None)
     return isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
+
+
+def tells_direction(head: str, texts: Iterable[str]) -> bool:
+    """Tell whether a column of words is of directions, or of the course of a sweep.
+
+    >>> tells_direction("Dir", ["F", "R"]), tells_direction("Motor", ["A7", "A8"])
+    (True, False)
+    """
+    distinct = list(dict.fromkeys(map(_key, texts)))
+    courses = all(text in _COURSES for text in distinct)
+    return (
+        courses or plain(head) in _PLAIN_NAMES or _meaning(distinct, is_named=True)[0] is not None
+    )
 
 
 def texts_in(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
@@ -286,6 +299,9 @@ def _key(text: str) -> str:
 _BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратный", "обратное", "back")))
 _PLAIN_NAMES, _PLAIN_FORWARD, _PLAIN_REVERSE = (
     frozenset(map(plain, words_of("directions", name))) for name in ("names", "forward", "reverse")
+)
+_COURSES = frozenset(
+    plain(word) for name in ("up", "down", "branches") for word in words_of("directions", name)
 )
 _IN_FILE_NAMES = frozenset(map(plain, words_of("directions", "in_file_names")))
 _WORDS = {

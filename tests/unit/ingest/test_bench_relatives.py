@@ -203,3 +203,12 @@ def test_too_little_thrust_for_disc_or_power(
     part = 1.0 if head.endswith("(mN)") else 0.01
     rows = rows_of(f"Code;{head};{beside}", CODE, part * THRUST, power_w)
     assert why in said(read(tmp_path, "mooring", rows), "warning")
+
+
+@pytest.mark.parametrize(("words", "told"), [(("P1", "P2"), True), (("up", "down"), False)])
+def test_rows_of_two_propellers_are_told(
+    words: tuple[str, str], told: bool, tmp_path: Path
+) -> None:
+    columns = (np.repeat(words, 21), np.tile(CODE, 2), np.r_[THRUST, 0.97 * THRUST])
+    record = read(tmp_path, "mooring", rows_of("Which;Code;Thrust (N)", *columns))
+    assert ("may be of several machines" in said(record, "warning")) is told
