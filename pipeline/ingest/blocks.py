@@ -19,6 +19,8 @@ from pipeline.ingest.cells import (
 from pipeline.ingest.column_data import Meaning, is_unclear, without_thousands
 from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 
+#: Why a column is not read of which nothing else is to be said.
+NO_QUANTITY = "no quantity of this kind of test"
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
 
 #: Error values of spreadsheets in CSV exports start like a comment.
@@ -179,7 +181,7 @@ class Block:
             ColumnNotUsed(
                 header=shorten(head),
                 column=column_letter(index),
-                reason=self.not_used.get(index, "no quantity of this kind of test"),
+                reason=self.not_used.get(index, NO_QUANTITY),
             )
             for index, head in enumerate(heads)
             if low <= index <= high and isinstance(head, str) and index not in read

@@ -26,6 +26,8 @@ _ROLES = {"code": "command", "pwm": "command"}
 _SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed", "thrust_coefficient")
 #: These are not the same throughout a test; of a load test the shaft speed at one code may be.
 _VARIED = ("code", "pwm", "thrust")
+#: No test is without these where they were measured.
+_CHANNELS = ("current", "voltage", "input_power", "output_power")
 #: Above this lead of its name a column needs no other reason.
 _LEAD = 15
 #: What a name loses that is one letter, or has no unit where one is due.
@@ -104,6 +106,11 @@ class ColumnChoice:
                 weighed.not_used[match.index] = fault
             else:
                 kept.append(match)
+        best = {one.quantity: one for one in sorted(kept, key=lambda one: one.score)}
+        dead = {name for name in _CHANNELS if name in best and faults[id(best[name])] == _ZERO}
+        for match in [one for one in kept if one.quantity in dead - self._wanted.mapping.keys()]:
+            weighed.not_used[match.index] = faults[id(match)] or "the channel of this is dead"
+            kept.remove(match)
         weighed.matches = kept
 
     def _is_symbol(self, match: Match) -> bool:
@@ -118,7 +125,7 @@ class ColumnChoice:
         varied = (*_VARIED, "shaft_speed") if self._wanted.kind == "mooring" else _VARIED
         by_numbers = (
             (data.is_blank, "it holds no number"),
-            (data.is_zero, "it is 0 throughout"),
+            (data.is_zero, _ZERO),
             (quantity in varied and data.is_constant, _CONSTANT),
             (quantity in ("code", "thrust", "torque", "shaft_speed") and data.is_counter, _COUNTS),
         )
@@ -360,6 +367,7 @@ class ColumnChoice:
         )
 
 
+_ZERO = "it is 0 throughout: not connected?"
 _COUNTS, _CONSTANT = "it counts the rows", "it never changes"
 
 

@@ -135,9 +135,19 @@ def codes_in_range(table: Table) -> Iterator[Problem]:
     table.mark(rows, "code out of range")
 
 
-def ends_within(codes: Collection[float], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
-    """Say where the codes of a folder may count to another end than those of the drive."""
+def few_codes(codes: Collection[float], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
+    """Say where a folder has one code only, or where codes may count to another end than the drive.
+
+    A code ahead and the same astern are one.
+    """
     drive = vehicle.drive
+    if len({abs(code) for code in codes}) == 1:
+        yield folder.error(
+            f"there is one code only ({', '.join(f'{code:g}' for code in sorted(set(codes)))}): "
+            "nothing that depends on the code can be fitted.",
+            f"several codes from {drive.code_min} to {drive.code_max}.",
+            "Add the records of other codes.",
+        )
     full = {code: drive.code_max if code > 0.0 else -drive.code_min for code in codes if code}
     far = max(full, key=lambda code: abs(code) / full[code], default=0.0)
     share = abs(far) / full[far] if far else 1.0

@@ -8,16 +8,16 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
+from pipeline.ingest.blocks import NO_QUANTITY
 from pipeline.ingest.commands import (
     codes_in_range,
     command_in_codes,
-    ends_within,
+    few_codes,
     pwm_problems,
 )
 from pipeline.ingest.load_test_checks import (
     check_magnitudes,
     check_powers,
-    drop_dead_channels,
     torque_of_current,
 )
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
@@ -66,8 +66,9 @@ def _clock_and_powers(table: Table) -> Iterator[Problem]:
             "a time column.",
             "Add one, or mark the rows with a word (warm-up) in a column named status.",
         )
-    for header in (one.header for one in table.block.columns_not_used(None)):
-        if any(
+    for one in table.block.columns_not_used(None):
+        header = one.header
+        if one.reason == NO_QUANTITY and any(
             name_score(text, ANY_POWER) > 0
             and (text.unit is None or unit_fits(text.unit, ANY_POWER))
             for text in split_header(header)
@@ -81,7 +82,7 @@ def _clock_and_powers(table: Table) -> Iterator[Problem]:
 
 
 _STEPS: tuple[Step, ...] = (
-    *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes, drop_dead_channels),
+    *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
     *(branches_and_warm_up, check_signs, codes_in_range, two_curves, check_powers),
     *(check_magnitudes, torque_of_current, _clock_and_powers),
 )
@@ -129,21 +130,6 @@ def _remarks(file: Place, points: Sequence[LoadTestPoint]) -> Iterator[Problem]:
         yield file.note(what)
 
 
-def _one_code(
-    points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle
-) -> Iterator[Problem]:
-    """Say where all files together have one code only, or end far within the drive's range."""
-    codes = {point.code for point in points if point.code is not None}
-    yield from ends_within(codes, folder, vehicle)
-    if len({abs(code) for code in codes}) == 1:
-        yield folder.error(
-            f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): "
-            "the family M(n, N) over codes cannot be fitted.",
-            f"several codes between 0 and {vehicle.drive.code_max}.",
-            "Add the records of other codes.",
-        )
-
-
 def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:
     codes = sorted({one.code for one in points if one.code is not None})
     if not codes:
@@ -178,7 +164,9 @@ _KIND = Kind(
     points=_points,
     summary=_summary,
     remarks=_remarks,
-    over_all=_one_code,
+    over_all=lambda points, folder, vehicle: few_codes(
+        [one.code for one in points if one.code is not None], folder, vehicle
+    ),
     compared=("shaft speed", _curves_of),
     row_words=row_words,
     shared=frozenset({"code"}),

@@ -1,7 +1,6 @@
 """What a load-test table says about itself that cannot be true, and what is likely the cause."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,34 +11,10 @@ from pipeline.ingest.column_data import ratio_of
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
-_CHANNELS = ("current", "voltage", "input_power", "output_power")
 _RATIO_TOLERANCE = 0.05
 _STEADY = 0.05
 #: Two measured columns are not so nearly in proportion.
 _EXACT, _LEAST_ROWS = 2e-3, 6
-
-
-def drop_dead_channels(table: Table) -> Iterator[Problem]:
-    """Leave out channels that are zero throughout while the drive is loaded, and say so."""
-    dead = [
-        quantity
-        for quantity in _CHANNELS
-        if len(values := [one.values[quantity] for one in table.readings if quantity in one.values])
-        > 2
-        and not any(values)
-    ]
-    for quantity in dead:
-        yield table.at(table.block.first_row, quantity).note(
-            f"{quantity.replace('_', ' ')} is 0 throughout: not connected? It is left out.",
-            "",
-            "If another column holds it, state its header in vehicle.yaml under "
-            f"columns: load_test: {quantity}.",
-        )
-    table.change(
-        lambda one: replace(
-            one, values={name: value for name, value in one.values.items() if name not in dead}
-        )
-    )
 
 
 def check_powers(table: Table) -> Iterator[Problem]:

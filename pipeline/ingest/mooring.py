@@ -15,7 +15,7 @@ from pipeline.ingest.cells import Sheet, shorten
 from pipeline.ingest.commands import (
     codes_in_range,
     command_in_codes,
-    ends_within,
+    few_codes,
     pwm_note,
     pwm_problems,
 )
@@ -194,13 +194,7 @@ def _summary(_table: Table, points: Sequence[MooringPoint]) -> str:
 
 def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
     """Say what only all files together show: supply voltages, too few codes."""
-    codes = {point.code for point in fitted}
-    yield from ends_within(codes, folder, vehicle)
-    if len(codes) < 2:
-        what = f"there is one code only ({codes.pop():g}): no characteristic follows from it."
-        expected = f"several codes from {vehicle.drive.code_min} to {vehicle.drive.code_max}."
-        remedy = "Add the records of other codes."
-        yield folder.error(what, expected, remedy)
+    yield from few_codes([point.code for point in fitted], folder, vehicle)
     groups = voltage_groups(point.voltage_v for point in fitted if point.voltage_v is not None)
     wanted = vehicle.tables.supply_voltage_v
     named = ", ".join(f"{(low + high) / 2:.3g}" for low, high in groups)

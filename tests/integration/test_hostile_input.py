@@ -243,7 +243,7 @@ def test_every_message_stands_in_the_report(ran: Ran) -> None:
 def test_one_code_gives_no_family(ran: Ran) -> None:
     (said,) = messages(ran.text, "raw/one_code/")
     assert said[0] == "error"
-    assert "there is one control code only (90)" in said[1]
+    assert "there is one code only (90)" in said[1]
     assert ran.bench.envelope("drive", "one_code")["record"] is None
     tables = ran.bench.envelope("tables", "one_code")
     assert [tables[f"table{i}"] is None for i in (1, 2, 3, 4)] == [False, True, False, True]
