@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.blocks import Block
+from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.load_test_words import Branch, CodeText
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -89,6 +89,13 @@ class Table:
     def measured(self) -> str:
         """What is measured against the command: 0 at rest."""
         return "thrust" if self.kind == "mooring" else "shaft_speed"
+
+    @property
+    def texts(self) -> tuple[str, str, str]:
+        """What is said of the whole table: by the name of what is measured, the sheet, headings."""
+        column = self.block.columns["torque" if self.kind == "load_test" else "thrust"]
+        own = f"{column.header} {column.group}"
+        return own, self.block.sheet.name or "", heading_text(self.block.above)
 
     @property
     def head(self) -> int:

@@ -10,7 +10,6 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
-from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import Sheet, shorten
 from pipeline.ingest.commands import (
     codes_in_range,
@@ -82,7 +81,7 @@ def _sheets(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet, ...]:
 
 def _at_rest(table: Table) -> Iterator[Problem]:
     """Mark the readings that were taken in a flow."""
-    title = heading_text(table.block.above)
+    title = table.texts[-1]
     if "speed" not in table.block.columns and pattern_of("flow").search(title):
         yield table.at(table.head).warning(
             f'"{shorten(title)}" states a speed, and there is no column of it: the thrust is taken '
@@ -101,15 +100,10 @@ def _at_rest(table: Table) -> Iterator[Problem]:
 
 def _voltage_and_sense(table: Table) -> tuple[Problem, ...]:
     """Tell the voltage and the sense of a sweep from the headings."""
-    thrust, block = table.block.columns["thrust"], table.block
-    texts = (
-        f"{thrust.header} {thrust.group}",
-        block.sheet.name or "",
-        heading_text(block.above),
-    )
-    down, up = _told(texts, _DOWN, _UP), _told(texts, _UP, _DOWN)
+    down, up = _told(table.texts, _DOWN, _UP), _told(table.texts, _UP, _DOWN)
     table.sense = "down" if down else "up" if up else None
-    table.nominal_voltage_v = None if "voltage" in block.columns else _stated_voltage(texts)
+    stated = _stated_voltage(table.texts)
+    table.nominal_voltage_v = None if "voltage" in table.block.columns else stated
     return ()
 
 

@@ -6,7 +6,7 @@ from pathlib import PurePath
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table
-from pipeline.ingest.blocks import Block, heading_text
+from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.rows import listed
@@ -274,16 +274,11 @@ def words_apart(stem: str, others: Sequence[str]) -> frozenset[str]:
 
 def _told_reverse(table: Table) -> str:
     """Return what says that a whole table is of reverse; empty where nothing does."""
-    block, of_names = table.block, _IN_FILE_NAMES | table.told_apart_by
-    column = block.columns["torque" if table.kind == "load_test" else "thrust"]
+    of_names = _IN_FILE_NAMES | table.told_apart_by
     no_words = _BRANCHES if table.kind == "load_test" else frozenset()
-    stem = PurePath(block.sheet.file).stem
-    for shown, text in (
-        (f"{column.header} {column.group}",) * 2,
-        (block.sheet.name or "",) * 2,
-        (heading_text(block.above),) * 2,
-        (stem, " ".join(word for word in plain(stem).split() if word in of_names)),
-    ):
+    stem = PurePath(table.place.file).stem
+    in_name = " ".join(word for word in plain(stem).split() if word in of_names)
+    for shown, text in (*zip(table.texts, table.texts, strict=True), (stem, in_name)):
         sign = _section_sign(pattern_of("of_the_rig").sub(" ", plain(text)), no_words)
         if sign:
             return shown if sign < 0 else ""

@@ -207,6 +207,8 @@ def noise_of(values: FloatArray) -> float:
 
 
 def _still_moves(step: FloatArray, scale: float) -> bool:
+    if len(step) < 2:
+        return False
     third = max(1, len(step) // 3)
     end, before = step[-third:], step[-2 * third : -third]
     moved = abs(float(np.mean(end)) - float(np.mean(before)))
