@@ -272,7 +272,7 @@ def unit_in_text(text: str, words: Words) -> str | None:
 
     A size ("range 500 N") states none, nor does a letter that may be a name ("tank N").
 
-    >>> force = Words("force", ("thrust", "force"))
+    >>> force = Words("force", ("thrust", "force"), by_unit=True)
     >>> [unit_in_text(text, force) for text in ("Force in kg, time in s", "range 50 kgf", "lbf")]
     ['kg', None, 'lbf']
     """
@@ -285,7 +285,8 @@ def unit_in_text(text: str, words: Words) -> str | None:
         if unit is None or not unit_fits(unit, words) or header.name[-1:].isdigit():
             continue
         is_long = len(unit) > 1 or piece.startswith("in ") or _AFTER_IN.search(piece) is not None
-        is_plain = normalise_unit(unit) not in MANY_MEANINGS
+        is_plain = words.by_unit and not {"time", "speed"} & quantities_of(unit)  # min, kt
+        is_plain &= normalise_unit(unit) not in MANY_MEANINGS
         is_said = is_long and (is_plain or (not whole and name_score(header, words) > 0))
         if is_said:
             return unit

@@ -65,6 +65,15 @@ def test_a_size_or_a_letter_beside_the_table_is_no_unit(
     assert not said(record, "warning")
 
 
+@pytest.mark.parametrize("sheet", ["KT", "Run KT", "Min"])
+def test_what_a_sheet_shows_is_no_unit_of_speed(sheet: str, tmp_path: Path) -> None:
+    head, rps = "Time (s);V (m/s);n (rps);T (N)", np.full(8, 10.0)
+    columns = (ADVANCE, ADVANCE * 1.4, rps, K_T * 1000 * 100 * 0.14**4)
+    record = read(tmp_path, "open_water", rows_of(head, *columns), sheet)
+    assert len(record.points) == 8
+    assert not said(record, "warning")
+
+
 @pytest.mark.parametrize(
     ("title", "beside"),
     [
