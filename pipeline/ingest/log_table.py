@@ -271,6 +271,10 @@ def _channel(
     if not unit and end in {"deg", "rad", "mm", "cm", "mv"}:
         unit = {"mv": "mV"}.get(end, end)
     stated: dict[str, Any] = {"quantity": quantity, "topic": TOPIC, "field": tuple(fields), **more}
+    if len({units[field] for field in fields}) > 1:
+        what = f"columns {', '.join(fields)} have different units; {quantity} was not read."
+        facts.problems.append(facts.place.warning(what, remedy="Write them in one unit."))
+        return []
     if unit:
         if unit not in UNITS[quantity]:
             what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'

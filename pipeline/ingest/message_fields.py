@@ -204,13 +204,16 @@ def validity_of(
     if not numbers:
         return ()
     kind = quantity.removesuffix("_earth")
+    flags = (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS)
     found = []
     above = _shared(numbers)
     for length in range(len(above), -1, -1):
         here = above[:length]
-        for name in (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS):
-            flag = value_at(probe, (*here, name))
-            if isinstance(flag, int) and flag in (0, 1):  # a bool of a binary message is a number
+        beside = value_at(probe, here)
+        for name, flag in beside.items() if isinstance(beside, dict) else ():
+            # "isValid" is "is_valid"; a bool of a binary message is a number
+            plain = "_".join(word.lower() for word in _WORD.findall(name))
+            if plain in flags and isinstance(flag, int) and flag in (0, 1):
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
         if kind == "velocity":
             found += _of_a_dvl(probe, here)

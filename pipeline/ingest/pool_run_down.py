@@ -24,8 +24,8 @@ _CLEAR, _MOST_RATIO = 0.7, 3.0
 _LEAST_MPS2 = 5.0
 #: No vehicle spends half of a run tilted further, unless it is upside down.
 _MOST_TILTED_DEG = 60.0
-#: A run under water moves by more than a centimetre of it. [Pa]
-_STILL_PA = 100.0
+#: A run under water leaves its first decimetres, or moves by more than one of it. [Pa]
+_NEAR_PA, _STILL_PA = 2500.0, 1000.0
 #: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
 _ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
 _ABOVE_WATER_M = -0.3
@@ -182,7 +182,7 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
     if channel.read.quantity == "pressure" and channel.read.unit_from != "vehicle file":
         # near the surface a gauge reads as little, but then it also reads about zero
         raw_pa = depth * vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
-        low, typical = float(np.quantile(raw_pa, 0.02)), float(np.median(raw_pa))
+        low, typical, high = (float(one) for one in np.quantile(raw_pa, [0.02, 0.5, 0.98]))
         said = ""
         for least, most, unit in _ATMOSPHERES:
             if least <= low and typical <= most:
@@ -190,13 +190,13 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
                     f"the pressure ({channel.topic}) is about {typical:.4g} Pa above the "
                     f"surface throughout, a depth of {middle:.2g} m: this looks like {unit}."
                 )
-        if not said and (
-            0.0 < float(np.ptp(raw_pa)) < _STILL_PA and abs(typical) < 10.0 * _STILL_PA
-        ):
+        is_still = 0.0 < high - low < _STILL_PA and abs(typical) < _NEAR_PA
+        if not said and (is_still or 0.0 < low < high < _NEAR_PA):
             said = (
-                f"the pressure ({channel.topic}) stays within {np.ptp(raw_pa):.2g} Pa of the "
-                f"surface throughout, a depth of {middle:.2g} m: the vehicle was not under "
-                "water, or this is bar, dbar, psi or mbar."
+                f"the pressure ({channel.topic}) stays within {max(high - low, abs(typical)):.2g} "
+                f"Pa of the surface throughout, a depth of {middle:.2g} m: the vehicle was not "
+                "under water, or this is bar, dbar, psi, kPa or hPa (mbar), or the pressure "
+                "inside of it."
             )
         if said:
             remedy = "State the unit under pool: channels in vehicle.yaml."

@@ -193,3 +193,36 @@ def test_an_attitude_that_lies_on_its_back_is_told(
     contents = [{"orientation": one} for one in wxyz[:, order].tolist()]
     run = read(tmp_path, [json_topic("/ahrs", TIMES, contents), number("/depth", DEPTH)])
     assert ("order are others" in said(run)) == told
+
+
+def test_columns_of_one_vector_in_different_units_are_not_mixed(tmp_path: Path) -> None:
+    heads = "time [s],roll [deg],pitch [deg],yaw [rad],depth [m]\n"
+    run = table(tmp_path, heads + rows_of(T, np.degrees(EULER[:, :2]), EULER[:, 2], DEPTH))
+    assert "attitude" not in run.channels
+    assert "columns roll, pitch, yaw have different units" in said(run)
+
+
+def test_flags_are_known_however_they_are_spelled(tmp_path: Path) -> None:
+    contents = [
+        {"vx": x, "vy": y, "vz": z, "isValid": not 100 <= number < 120}
+        for number, (x, y, z) in enumerate(SPEED.tolist())
+    ]
+    run = read(tmp_path, [number("/depth", DEPTH), json_topic("/dvl", TIMES, contents)])
+    assert np.flatnonzero(~run.channels["velocity"].usable()).tolist() == list(range(100, 120))
+
+
+@pytest.mark.parametrize(
+    ("pressure", "said_of_it"),
+    [
+        (1013.0 + 98.1 * DEPTH, "this looks like hPa"),
+        (1013.0 + 98.1 * (6.0 + DEPTH), "kPa or hPa"),
+        (98.1 * (DEPTH - 1.0), "kPa or hPa"),
+        (9.81 * DEPTH, "kPa or hPa"),
+        (101_900.0 + 200.0 * np.sin(T), "the pressure inside of it"),
+    ],
+)
+def test_a_pressure_that_is_none_of_the_water(
+    pressure: FloatArray, said_of_it: str, tmp_path: Path
+) -> None:
+    rows = rows_of(T, pressure, EULER)
+    assert said_of_it in said(table(tmp_path, f"time,pressure,p,q,r\n{rows}"))
