@@ -15,6 +15,7 @@ from pipeline.ingest.pool_run_down import (
     position_against_depth,
     turning,
 )
+from pipeline.ingest.pool_run_late import lags
 from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
@@ -85,6 +86,7 @@ def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pro
     yield from gravity_against_attitude(run, place)
     yield from _attitude_against_rate(run, place)
     yield from velocity_against_motion(run, vehicle, place)
+    yield from lags(run, vehicle, place)
 
 
 def _warn(place: Place, what: str, remedy: str) -> Problem:

@@ -1,146 +1,148 @@
 """Whether the vehicle turns as the commands and the vehicle file say: swapped thrusters show."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body, turning
-from pipeline.ingest.pool_run_meant import rearranged
+from pipeline.ingest.pool_run_late import Late, late_by
 from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
+from pipeline.ingest.pool_run_score import (
+    Meaning,
+    about_down,
+    left_of,
+    rearranged,
+    sums_of_parts,
+)
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 _TABLE_HZ = 20.0
+#: About half a minute: of one sine several orders of thrusters may make the like.
+_FEWEST_ROWS = 580
 #: The explained share of the angular acceleration must be at least this to speak of thrusters.
 _LEAST_EXPLAINED = 0.15
 #: Without an attitude the righting by gravity is left in it; a wrong order may seem to explain it.
 _LEAST_WITHOUT_ATTITUDE = 0.6
-#: A swap is suspected where it leaves at most this share of what the stated order leaves, in the
+#: Another reading is told where it leaves at most this share of what the stated one leaves, in the
 #: whole run and in each half of it.
-_MOST_LEFT = 0.75
-_MOST_LEFT_OF_HALF = 0.9
-#: An axis runs against its moments at such a correlation, and such a one in each half of the run.
-_AGAINST, _AGAINST_IN_HALF = -0.7, -0.6
-_FLIPS = {"roll": (-1.0, 1.0, 1.0), "pitch": (1.0, -1.0, 1.0), "yaw": (1.0, 1.0, -1.0)}
+_MOST_LEFT, _MOST_LEFT_OF_HALF = 0.75, 0.95
+_ALIKE, _MOST_ALIKE = 1.05, 3
+#: Commands that are earlier or later leave this share of what is left; a drive lags by less. [s]
+_MOST_LEFT_LATE, _LAG_OF_DRIVES_S = 0.85, 0.6
+#: Axes in which rates may have been read.
+_OTHER_AXES = {
+    "the roll rate is reversed": np.diag([-1.0, 1.0, 1.0]),
+    "the pitch rate is reversed": np.diag([1.0, -1.0, 1.0]),
+    "the yaw rate is reversed": np.diag([1.0, 1.0, -1.0]),
+    "the rates are all reversed": -np.eye(3),
+    "the rates are read with y to port and z up": np.diag([1.0, -1.0, -1.0]),
+    "the rates are read turned by 90 degrees about the vertical": about_down(90.0),
+    "the rates are read turned by 180 degrees about the vertical": about_down(180.0),
+    "the rates are read turned by -90 degrees about the vertical": about_down(-90.0),
+}
 
 
 @dataclass(frozen=True)
-class _Moments:
-    """Angular accelerations (n, 3), thrust shapes (n, thrusters), other causes of turning.
+class _Turning:
+    """Angular accelerations (n, 3) and thrust shapes (n, thrusters), less what else turns it.
 
-    `others` (n, 3, j) has for each axis its rate, the products of the rates, and, where the
-    attitude is known, the direction of gravity, which rights a vehicle.
+    Other causes are the rates, their squares and products, the direction of gravity, which rights
+    a vehicle, and the velocity with its products, by which water turns it; as far as known.
     """
 
     acceleration: FloatArray
     effort: FloatArray
-    others: FloatArray
     names: tuple[str, ...]
-
-    def part(self, rows: slice) -> "_Moments":
-        """Return some of the rows."""
-        return _Moments(self.acceleration[rows], self.effort[rows], self.others[rows], self.names)
 
 
 def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Compare angular accelerations with the moments that the vehicle file promises.
 
-    For each axis: acceleration = gain x moment of the commands + drag x rate + products of rates +
-    righting by gravity + constant, with the moment arms of the vehicle file. If exchanging two
-    thrusters, or turning one round, explains the accelerations plainly better, in the whole run and
-    in both halves of it, that is told.
+    For each axis: acceleration = gain x moment of the commands + what other causes explain, with
+    the moment arms of the vehicle file. If exchanging two thrusters, turning one round, or rates
+    in other axes explain the accelerations plainly better, in the whole run and in both halves of
+    it, that is told; or that commands are late.
     """
-    moments = _moments_of(run)
+    found = _turning_of(run)
     stated = {thruster.name: thruster for thruster in vehicle.thrusters}
-    if moments is None or len(moments.names) < 2 or not set(moments.names) <= set(stated):
+    if found is None or len(found.names) < 2 or not set(found.names) <= set(stated):
         return
     arms = np.array(
-        [np.cross(stated[name].position_m, stated[name].direction) for name in moments.names]
+        [np.cross(stated[name].position_m, stated[name].direction) for name in found.names]
     )
-    whole = _axes_of(moments)
-    total = sum(axis.power / axis.rows for axis in whole)
-    sign_is_known = "attitude" in run.channels
-    candidates = _rearranged(arms, moments.names, sign_is_known=sign_is_known)
-    left = {name: _rest(whole, changed) for name, changed in candidates.items()}
-    if not left or total <= 0:
+    knows_down = "attitude" in run.channels
+    own, *others = _meanings(found, arms)
+    least = _LEAST_EXPLAINED if knows_down else _LEAST_WITHOUT_ATTITUDE
+    better = sorted(
+        (
+            one
+            for one in others
+            if one.left[0] < 1.0 - least
+            and one.is_plainly_better(own, _MOST_LEFT, _MOST_LEFT_OF_HALF)
+        ),
+        # of equals: without an attitude nothing tells the sign of a rate
+        key=lambda one: (round(float(one.left[0]), 3), knows_down == (one.how in _OTHER_AXES)),
+    )
+    late = late_by(found.acceleration, found.effort @ arms, _TABLE_HZ)
+    if (
+        late is not None
+        and _is_late(late)
+        and not (better and late.left > _ALIKE * better[0].left[0])
+    ):
+        yield _told_late(late, place)
         return
-    best = min(left, key=lambda name: left[name])
-    as_stated = _rest(whole, arms)
-    least = _LEAST_EXPLAINED if sign_is_known else _LEAST_WITHOUT_ATTITUDE
-    plainly = left[best] < _MOST_LEFT * as_stated and left[best] < (1 - least) * total
-    if not plainly or not _in_both_halves(moments, arms, candidates[best]):
-        yield from _against_moments(moments, whole, arms, place)
+    if not better:
         return
-    equal = [name for name in left if left[name] < 1.05 * left[best] and name != best]
-    others = f" (or {'; or '.join(equal[:3])})" if equal else ""
+    best = better[0]
+    equal = [one.how for one in better[1:] if one.left[0] < _ALIKE * best.left[0]]
+    alike = f" (or {'; or '.join(equal[:_MOST_ALIKE])})" if equal else ""
     yield place.warning(
-        f"the rates suggest that {best} against the vehicle file{others}: the moments as "
-        f"stated explain {100 * (1 - as_stated / total):.0f} % of the angular acceleration "
-        f"that drag and gravity leave, so changed {100 * (1 - left[best] / total):.0f} %.",
+        f"the rates suggest that {best.how} against the vehicle file{alike}: the moments as "
+        f"stated explain {100 * (1 - own.left[0]):.0f} % of the angular acceleration "
+        f"that drag and gravity leave, so changed {100 * (1 - best.left[0]):.0f} %.",
         "",
         "Check the order of the thrusters in the log, their positions and directions, and the "
-        "sign of the rates.",
+        "axes and the sign of the rates.",
     )
 
 
-def _against_moments(
-    moments: _Moments, whole: Sequence["_Axis"], arms: FloatArray, place: Place
-) -> Iterator[Problem]:
-    """Say about which axes the vehicle turns against the moments of all its commands.
-
-    One thruster that is reversed does not do that; a rate with the wrong sign, or axes that point
-    the other way, do.
-    """
-    half = len(moments.effort) // 2
-    halves = [_axes_of(moments.part(rows)) for rows in (slice(0, half), slice(half, None))]
-
-    for number, name in enumerate(_FLIPS):
-        arm = arms[:, number]
-        correlation = whole[number].correlation(arm)
-        if correlation > _AGAINST or any(
-            part[number].correlation(arm) > _AGAINST_IN_HALF for part in halves
-        ):
-            continue
-        what = (
-            f"the {name} rate runs against the {name} moment of the commands (correlation "
-            f"{correlation:.2f}): its sign or its axes, or those of the thrusters, are others."
-        )
-        remedy = "Check body_axes and sign of the rates, and directions of the thrusters."
-        yield place.warning(what, remedy=remedy)
+def _meanings(found: _Turning, arms: FloatArray) -> Iterator[Meaning]:
+    """Score the moments as they are stated, then with other arms, then rates in other axes."""
+    every = np.ones(len(found.effort), np.bool_)
+    sums = sums_of_parts(found.acceleration, found.effort, every)
+    for how, changed in [("", arms), *rearranged(arms, found.names)]:
+        yield Meaning(left_of([(sums, changed)], np.eye(3)[None])[:, 0], how, how)
+    left = left_of([(sums, arms)], np.array(list(_OTHER_AXES.values())))
+    yield from (Meaning(one, how, how) for how, one in zip(_OTHER_AXES, left.T, strict=True))
 
 
-def _in_both_halves(moments: _Moments, stated: FloatArray, changed: FloatArray) -> bool:
-    """Whether changed moment arms are better in the first and in the second half of the run."""
-    half = len(moments.effort) // 2
-    for rows in (slice(0, half), slice(half, None)):
-        axes = _axes_of(moments.part(rows))
-        if _rest(axes, changed) > _MOST_LEFT_OF_HALF * _rest(axes, stated):
-            return False
-    return True
+def _is_late(late: Late) -> bool:
+    """Tell whether commands that were earlier or later would explain the accelerations better."""
+    within = -0.5 * _LAG_OF_DRIVES_S < late.lag_s < _LAG_OF_DRIVES_S
+    return not within and late.left < _MOST_LEFT_LATE * late.left_as_it_is
 
 
-def _rearranged(
-    arms: FloatArray, names: Sequence[str], *, sign_is_known: bool
-) -> dict[str, FloatArray]:
-    """Moment arms with two thrusters exchanged or one turned round; those that change anything.
-
-    Where no attitude tells the sign of a rate, one of the rates or all of them may be turned, too.
-    """
-    found: dict[str, FloatArray] = {}
-    if not sign_is_known:
-        found = {f"the {name} rate is reversed": arms * flip for name, flip in _FLIPS.items()}
-        found["the rates are all reversed"] = -arms
-    return found | dict(rearranged(arms, names))
+def _told_late(late: Late, place: Place) -> Problem:
+    return place.warning(
+        f"the vehicle turns {late.lag_s:+.1f} s after the commands that turn it: their "
+        f"moments explain {100 * (1 - late.left_as_it_is):.0f} % of the angular acceleration as "
+        f"the times are, {100 * (1 - late.left):.0f} % with that taken off.",
+        remedy="Check the clocks of commands and rates; state clock or delay_s under pool: "
+        "channels in vehicle.yaml.",
+    )
 
 
-def _moments_of(run: PoolRun) -> _Moments | None:
+def _turning_of(run: PoolRun) -> _Turning | None:
     names = thrusters_of(run, "command")
     known = [name for name in ("angular_velocity", "attitude") if name in run.channels]
     if not names or not known:
         return None
+    if "velocity" in run.channels or {"velocity_earth", "attitude"} <= set(run.channels):
+        known.append("velocity")
     table = on_rows(run, _TABLE_HZ, "command", *known)
     names = tuple(name for name in table.thrusters if name in names)
     if not names:
@@ -150,30 +152,44 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     if rate is None:
         rate = turning(table.values["attitude"], _TABLE_HZ)
     rows = np.all([table.valid[name] for name in table.values], axis=0)
-    if rows.sum() < 200:
-        return None
-    largest = np.abs(codes[rows]).max()
-    if largest == 0:
+    largest = np.abs(codes[rows]).max(initial=0.0)
+    if rows.sum() < _FEWEST_ROWS or not largest:
         return None
     smooth = _smoothed(rate, rows)
-    acceleration = np.gradient(smooth, 1.0 / _TABLE_HZ, axis=0)
     effort = codes / largest
     # between a linear and a quadratic characteristic; thrust lags by about the smoothing
     effort = _smoothed(effort * np.sqrt(np.abs(effort)), rows)
-    p, q, r = smooth.T
-    others = [smooth[:, :, None], np.stack([[q * r, p * r, p * q]] * 3).transpose(2, 0, 1)]
+    others = [smooth, smooth * np.abs(smooth), _products(smooth, smooth)]
     if "attitude" in known:
-        gravity = _smoothed(down_in_body(table.values["attitude"]), rows)
-        others.append(np.repeat(gravity[:, None, :], 3, axis=1))
-    mixed = np.concatenate(others, axis=2)
-    inner = (
-        np.isfinite(acceleration).all(axis=1)
-        & np.isfinite(effort).all(axis=1)
-        & np.isfinite(mixed).all(axis=(1, 2))
-    )
-    if inner.sum() < 200:
+        others.append(_smoothed(down_in_body(table.values["attitude"]), rows))
+    if "velocity" in known:
+        speed = _smoothed(table.values["velocity"], rows)
+        others += [speed, speed * np.abs(speed), _products(speed, speed), speed * smooth]
+        others += [speed * np.roll(smooth, turn, axis=1) for turn in (1, 2)]
+    mixed = np.concatenate(others, axis=1)
+    acceleration = np.gradient(smooth, 1.0 / _TABLE_HZ, axis=0)
+    there = np.isfinite(np.concatenate([acceleration, effort, mixed], axis=1)).all(axis=1)
+    if there.sum() < _FEWEST_ROWS:
         return None
-    return _Moments(acceleration[inner], effort[inner], mixed[inner], names)
+    acceleration, effort = _freed(mixed[there], acceleration[there], effort[there])
+    return _Turning(acceleration, effort, names) if acceleration.any() and effort.any() else None
+
+
+def _freed(others: FloatArray, *motions: FloatArray) -> list[FloatArray]:
+    """Take out of motions (n, k) what others (n, j) explain, and their means."""
+    others = others - others.mean(axis=0)
+    scale = np.linalg.norm(others, axis=0)
+    others = others[:, scale > 0.0] / scale[scale > 0.0]
+    # what the others span, in orthonormal columns; those that say nothing new are dropped
+    power, turn = np.linalg.eigh(others.T @ others)
+    basis = others @ (turn[:, power > 1e-9] / np.sqrt(power[power > 1e-9]))
+    away = [one - one.mean(axis=0) for one in motions]
+    return [one - basis @ (basis.T @ one) for one in away]
+
+
+def _products(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Products of different components."""
+    return one[:, [1, 2, 0]] * other[:, [2, 0, 1]]
 
 
 def _smoothed(values: FloatArray, rows: BoolArray) -> FloatArray:
@@ -181,52 +197,3 @@ def _smoothed(values: FloatArray, rows: BoolArray) -> FloatArray:
     kernel = np.full(5, 0.2)
     filled = np.where(rows[:, None], values, np.nan)
     return np.stack([np.convolve(column, kernel, mode="same") for column in filled.T], axis=1)
-
-
-@dataclass(frozen=True)
-class _Axis:
-    """Normal equations of one axis, all but the commands taken out: y'y, E'y, E'E of n rows."""
-
-    power: float
-    against_effort: FloatArray
-    effort: FloatArray
-    rows: int
-
-    def correlation(self, arm: FloatArray) -> float:
-        """Correlation of the angular acceleration with the moment of the commands."""
-        power = float(arm @ self.effort @ arm)
-        if power <= 1e-9 * self.rows or self.power <= 0.0:
-            return 0.0
-        return float(arm @ self.against_effort) / float(np.sqrt(power * self.power))
-
-
-def _axes_of(moments: _Moments) -> list[_Axis]:
-    """Condense the run, so that any number of arrangements costs next to nothing."""
-    found = []
-    for axis in range(3):
-        others = moments.others[:, axis]
-        others = others - others.mean(axis=0)
-        scale = np.linalg.norm(others, axis=0)
-        others = others[:, scale > 0] / scale[scale > 0]
-        # what the others span, in orthonormal columns; those that say nothing new are dropped
-        power, turn = np.linalg.eigh(others.T @ others)
-        turn, power = turn[:, power > 1e-9], power[power > 1e-9]
-        basis = others @ (turn / np.sqrt(power))
-        y = moments.acceleration[:, axis] - moments.acceleration[:, axis].mean()
-        effort = moments.effort - moments.effort.mean(axis=0)
-        y = y - basis @ (basis.T @ y)
-        effort = effort - basis @ (basis.T @ effort)
-        found.append(_Axis(float(y @ y), effort.T @ y, effort.T @ effort, y.size))
-    return found
-
-
-def _rest(axes: Sequence[_Axis], arms: FloatArray) -> float:
-    """Variance of the angular accelerations that these arms (thrusters, 3) leave, over all axes."""
-    rest = 0.0
-    for one, arm in zip(axes, arms.T, strict=True):
-        power = float(arm @ one.effort @ arm)
-        along = float(arm @ one.against_effort)
-        # the gain is an inverse inertia: a negative one explains nothing
-        gained = max(along, 0.0) ** 2 / power if power > 1e-9 * one.rows else 0.0
-        rest += (one.power - gained) / one.rows
-    return rest

@@ -40,9 +40,8 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     names = [name for name in ("velocity", "velocity_earth") if name in run.channels]
     if not names or (names == ["velocity_earth"] and "attitude" not in run.channels):
         return []
-    beside = [name for name in ("attitude", "depth", "position") if name in run.channels]
-    if "attitude" not in beside and "angular_velocity" in run.channels:
-        beside.append("angular_velocity")
+    wanted = ("attitude", "depth", "position", "angular_velocity", "specific_force")
+    beside = [name for name in wanted if name in run.channels]
     table = on_rows(run, _TABLE_HZ, "velocity", *beside)
     channel = run.channels[names[0]]
     readings = _readings(channel, table)
@@ -96,7 +95,9 @@ def _readings(channel: RunChannel, table: RunTable) -> list[Reading]:
             north = xyz[:, [1, 0, 2]] * [1.0, 1.0, -1.0] if one == "enu" else xyz
             turned = into_body(north, table.values["attitude"])
             found.append(Reading(turned, f"{{quantity: velocity_earth, earth_axes: {one}}}"))
-    if "angular_velocity" in table.values:  # a heading from one that nobody knows
+    if (
+        "attitude" not in table.values and "angular_velocity" in table.values
+    ):  # a heading from one that nobody knows
         heading = np.cumsum(np.nan_to_num(table.values["angular_velocity"][:, 2])) / _TABLE_HZ
         cos, sin = np.cos(heading), np.sin(heading)
         for one, (x, y, z) in (("ned", xyz.T), ("enu", (xyz[:, [1, 0, 2]] * [1, 1, -1]).T)):

@@ -1,0 +1,106 @@
+"""How well what may cause a motion explains it, however either of them is read.
+
+One score serves all comparisons: the share of a motion (velocity, angular acceleration) that its
+causes leave unexplained. A motion may be read in other axes, by a matrix; causes, such as the
+efforts of thrusters, act by arms, which may be exchanged. Each axis has a gain of its own, which is
+not negative. Sums of products are all that the score needs, so that any number of readings costs
+next to nothing.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from pipeline.types import BoolArray, FloatArray
+
+#: More rows say no more.
+_ENOUGH_ROWS = 20_000
+_NONE = 1e-9
+
+
+@dataclass(frozen=True)
+class Sums:
+    """Sums of products of a motion (n, 3) with itself and with its causes (n, k), and of these."""
+
+    motion: FloatArray
+    along: FloatArray
+    causes: FloatArray
+
+    @classmethod
+    def of(cls, motion: FloatArray, causes: FloatArray, *, centred: bool = False) -> "Sums":
+        """Add up all rows, less their means where these say nothing."""
+        if centred:
+            motion, causes = motion - motion.mean(axis=0), causes - causes.mean(axis=0)
+        return cls(motion.T @ motion, motion.T @ causes, causes.T @ causes)
+
+    def gained(self, matrices: FloatArray, arms: FloatArray) -> FloatArray:
+        """Return what causes with these arms (k, 3) explain of the motion by each matrix (c, 3)."""
+        along = np.einsum("cij,jk,ki->ci", matrices, self.along, arms)
+        power = np.einsum("ki,kl,li->i", arms, self.causes, arms)
+        known = power > max(1e-4 * float(power.max()), _NONE)
+        return np.asarray(
+            np.where(known, np.maximum(along, 0.0) ** 2 / np.where(known, power, 1.0), 0.0)
+        )
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A reading by its share that is left, in the whole run and in its halves (3,)."""
+
+    left: FloatArray
+    how: str
+    kind: str
+    fitted: bool = True
+
+    def is_plainly_better(self, than: "Meaning", most: float, most_of_half: float) -> bool:
+        """Tell whether it leaves so much less, in the whole run and in each half of it."""
+        whole = self.left[0] < most * than.left[0]
+        return bool(whole and (self.left[1:] < most_of_half * than.left[1:]).all())
+
+
+def left_of(
+    references: Sequence[tuple[Sequence[Sums], FloatArray]], matrices: FloatArray
+) -> FloatArray:
+    """Return the share of a motion that is left by each matrix (c,), in each part (parts, c).
+
+    A reference is sums over the parts of a run, and arms; on each axis the best of them counts.
+    """
+    found = []
+    for part, first in enumerate(references[0][0]):
+        total = np.einsum("cij,jk,cik->c", matrices, first.motion, matrices)
+        gained = np.max([sums[part].gained(matrices, arms) for sums, arms in references], axis=0)
+        found.append(1.0 - gained.sum(axis=1) / np.maximum(total, _NONE))
+    return np.array(found)
+
+
+def sums_of_parts(
+    motion: FloatArray, causes: FloatArray, rows: BoolArray, *, centred: bool = False
+) -> list[Sums]:
+    """Return the sums over some rows, and over the first and the second half of them."""
+    there = np.flatnonzero(rows)
+    there = there[:: 1 + there.size // _ENOUGH_ROWS]
+    half = there.size // 2
+    return [
+        Sums.of(motion[part], causes[part], centred=centred)
+        for part in (there, there[:half], there[half:])
+    ]
+
+
+def rearranged(arms: FloatArray, names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
+    """Yield arms (thrusters, k) with two exchanged or one turned round; those that differ."""
+    changes = []
+    for i, j in combinations(range(len(arms)), 2):
+        changes.append((f"{names[i]} and {names[j]} are swapped", arms.copy()))
+        changes[-1][1][[i, j]] = arms[[j, i]]
+    for i, name in enumerate(names):
+        changes.append((f"{name} is reversed", arms.copy()))
+        changes[-1][1][i] *= -1.0
+    yield from ((how, changed) for how, changed in changes if np.abs(changed - arms).max() > 1e-3)
+
+
+def about_down(turn_deg: float) -> FloatArray:
+    """Return the matrix that turns a vector about the vertical."""
+    cos, sin = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
