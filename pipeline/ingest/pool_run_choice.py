@@ -15,7 +15,7 @@ from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.ingest.pool_run_resample import on_rows
+from pipeline.ingest.pool_run_resample import on_one_base, on_rows
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
@@ -124,9 +124,8 @@ def _best(
             [text for topic, text in wrong.items() if topic == one.channel.topic]
             + [
                 problem.what
-                for problem in contradictions(
-                    replace(run, channels={**run.channels, one.name: one.channel}), vehicle, place
-                )
+                for with_it in [replace(run, channels={**run.channels, one.name: one.channel})]
+                for problem in contradictions(with_it, vehicle, place, on_one_base(with_it))
             ]
             for one in group
         ]

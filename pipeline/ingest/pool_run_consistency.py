@@ -16,11 +16,12 @@ from pipeline.ingest.pool_run_down import (
     turning,
 )
 from pipeline.ingest.pool_run_late import lags
-from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
+from pipeline.ingest.pool_run_resample import TABLE_HZ, on_one_base, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.ingest.quantities import largest
 from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -35,7 +36,6 @@ _FACTORS = (
     (1.0 / 9.80665, "multiples of g"),
     (1000.0 / 9.80665, "thousandths of g"),
 )
-_TABLE_HZ = 20.0
 #: Rates and attitudes that go together like this differ by a factor alone.
 _CLEARLY = 0.9
 #: More than a turn a second is no vehicle's: these are degrees. [rad/s]
@@ -44,8 +44,6 @@ _FAST_RADPS = 2.0 * np.pi
 _LEAST_SLOPE = 0.5
 #: Share of the fastest shaft's speed below which another's is noise about zero.
 _NOISE = 0.05
-#: A day of comparing; a clock that jumps makes a run of many.
-_MOST_ROWS = 1_800_000
 
 
 def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
@@ -61,11 +59,12 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     yield from doubtful_depths(run, vehicle, place)
     yield from down_against_level(run, place)
     try:  # what follows lays the readings on a common time base
-        yield from contradictions(run, vehicle, place)
-        yield from gravity_against_rates(run, place)
+        table = on_one_base(run)
+        yield from contradictions(run, vehicle, place, table)
+        yield from gravity_against_rates(run, table, place)
         yield from position_against_depth(run, place)
-        yield from _shaft_against_command(run, place)
-        yield from thrusters_against_rates(run, vehicle, place)
+        yield from _shaft_against_command(run, table, place)
+        yield from thrusters_against_rates(run, table, vehicle, place)
     except CannotComputeError as error:
         yield _warn(
             place,
@@ -74,19 +73,18 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
         )
 
 
-def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def contradictions(
+    run: PoolRun, vehicle: Vehicle, place: Place, table: RunTable
+) -> Iterator[Problem]:
     """Say where attitude, rates, specific force, velocity, depth and position contradict another.
 
     Raises `CannotComputeError` where the times of the run make no table.
     """
-    rows = _TABLE_HZ * run.duration_s
-    if rows > _MOST_ROWS:
-        raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
-    yield from depth_too_fast(run, place)
-    yield from gravity_against_attitude(run, place)
-    yield from _attitude_against_rate(run, place)
+    yield from depth_too_fast(run, table, place)
+    yield from gravity_against_attitude(run, table, place)
+    yield from _attitude_against_rate(run, table, place)
     yield from velocity_against_motion(run, vehicle, place)
-    yield from lags(run, vehicle, place)
+    yield from lags(run, table, vehicle, place)
 
 
 def _warn(place: Place, what: str, remedy: str) -> Problem:
@@ -176,17 +174,16 @@ def _factor(ratio: float, tolerance: float = 0.1) -> str:
     return ""
 
 
-def _attitude_against_rate(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _attitude_against_rate(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Compare rates with what the attitude says; they may have another unit, sign or axes."""
-    if not {"attitude", "angular_velocity"} <= set(run.channels):
+    if not {"attitude", "angular_velocity"} <= set(table.values):
         return
-    table = on_rows(run, _TABLE_HZ, "attitude", "angular_velocity")
     rows = table.valid["attitude"] & table.valid["angular_velocity"]
     if rows.sum() < 100:
         return
     rows[1:-1] &= rows[:-2] & rows[2:]
     rows[[0, -1]] = False
-    from_attitude = turning(table.values["attitude"], _TABLE_HZ)[rows]
+    from_attitude = turning(table.values["attitude"], TABLE_HZ)[rows]
     measured = table.values["angular_velocity"][rows]
 
     for axis, name in enumerate(("roll", "pitch", "yaw")):
@@ -231,13 +228,12 @@ def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     )
 
 
-def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _shaft_against_command(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Say where a shaft turns against its command, or does what another's command says."""
     shafts = thrusters_of(run, "shaft_speed")
     names = [name for name in thrusters_of(run, "command") if name in shafts]
     if not names:
         return
-    table = on_rows(run, _TABLE_HZ, "command", "shaft_speed")
     columns = [table.thrusters.index(name) for name in names if name in table.thrusters]
     code = table.values["command"][:, columns]
     speed = table.values["shaft_speed"][:, columns]
@@ -317,12 +313,12 @@ def _held(way: FloatArray) -> BoolArray:
     rows = np.arange(way.size)
     changes = np.where(np.diff(way, prepend=way[:1]) != 0.0, rows, 0)
     since: IntArray = rows - np.maximum.accumulate(changes)
-    return np.asarray((way != 0.0) & (since >= _TABLE_HZ))
+    return np.asarray((way != 0.0) & (since >= TABLE_HZ))
 
 
 def _over_a_second(values: FloatArray) -> FloatArray:
     """Mean over a second, in which a shaft follows its command."""
-    return np.convolve(values, np.full(round(_TABLE_HZ), 1.0 / _TABLE_HZ), mode="valid")
+    return np.convolve(values, np.full(round(TABLE_HZ), 1.0 / TABLE_HZ), mode="valid")
 
 
 def _highest_slope(effort: FloatArray, size: FloatArray) -> float:

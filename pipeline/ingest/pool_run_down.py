@@ -5,13 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import on_rows
+from pipeline.ingest.pool_run_resample import TABLE_HZ
 from pipeline.records.run_arrays import PoolRun
-from pipeline.records.run_table import quaternion_product
+from pipeline.records.run_table import RunTable, quaternion_product
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-_TABLE_HZ = 20.0
 _LEAST_ROWS = 100
 #: A vehicle that accelerates by a third of gravity feels it 18 degrees off.
 _MOST_APART_DEG = 30.0
@@ -34,15 +33,14 @@ _FASTEST_MPS = 4.0
 _FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
-def gravity_against_attitude(run: PoolRun, place: Place) -> Iterator[Problem]:
+def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Compare the direction of the specific force with down as the attitude has it.
 
     At rest an accelerometer feels gravity upwards, f = -g R^T e_z. Under way its median direction
     is still that, as no vehicle accelerates one way for half of the time.
     """
-    if not {"attitude", "specific_force"} <= set(run.channels):
+    if not {"attitude", "specific_force"} <= set(table.values):
         return
-    table = on_rows(run, _TABLE_HZ, "attitude", "specific_force")
     rows = table.valid["attitude"] & table.valid["specific_force"]
     force = table.values["specific_force"][rows]
     down = down_in_body(table.values["attitude"][rows])
@@ -64,7 +62,7 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> Iterator[Problem]:
     )
 
 
-def gravity_against_rates(run: PoolRun, place: Place) -> Iterator[Problem]:
+def gravity_against_rates(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Compare how gravity turns in the body, df/dt = -omega x f, with the rates that turn it.
 
     For logs without an attitude, where nothing else shows a unit, a sign or axes of the rates.
@@ -72,7 +70,6 @@ def gravity_against_rates(run: PoolRun, place: Place) -> Iterator[Problem]:
     needed = {"angular_velocity", "specific_force"}
     if "attitude" in run.channels or not needed <= set(run.channels):
         return
-    table = on_rows(run, _TABLE_HZ, "angular_velocity", "specific_force")
     rows = table.valid["angular_velocity"] & table.valid["specific_force"]
     force, rate = (table.values[name] for name in ("specific_force", "angular_velocity"))
     if rows.sum() < _LEAST_ROWS:
@@ -81,7 +78,7 @@ def gravity_against_rates(run: PoolRun, place: Place) -> Iterator[Problem]:
     turning = np.where(rows[:, None], -np.cross(rate, force), np.nan)
     force = np.where(rows[:, None], force, np.nan)
     # over a second each: the noise of an accelerometer is far above its change in a step
-    change = (force[_SMOOTH:] - force[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
+    change = (force[_SMOOTH:] - force[:-_SMOOTH]) * TABLE_HZ / _SMOOTH
 
     for axis, name in ((1, "roll"), (0, "pitch")):
         by_rate = np.convolve(turning[:, axis], kernel, mode="valid")[: len(change)]
@@ -213,13 +210,13 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
         )
 
 
-def depth_too_fast(run: PoolRun, place: Place) -> Iterator[Problem]:
+def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Say where a depth changes faster than any vehicle sinks or rises."""
     channel = run.channels.get("depth")
     if channel is None:
         return
-    depth = on_rows(run, _TABLE_HZ, "depth").values["depth"][:, 0]
-    change = np.abs(depth[_SMOOTH:] - depth[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
+    depth = table.values["depth"][:, 0]
+    change = np.abs(depth[_SMOOTH:] - depth[:-_SMOOTH]) * TABLE_HZ / _SMOOTH
     change = change[np.isfinite(change)]
     fast = float(np.quantile(change, 0.9)) if change.size > _SMOOTH else 0.0
     if fast > _FASTEST_MPS:

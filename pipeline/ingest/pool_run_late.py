@@ -12,13 +12,12 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body, turning
-from pipeline.ingest.pool_run_resample import into_body, on_rows
+from pipeline.ingest.pool_run_resample import TABLE_HZ, into_body
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-_TABLE_HZ = 20.0
 #: Shorter runs, and what lags less, say nothing: filters of sensors take that long. [s]
 _SHORTEST_S, _LEAST_LAG_S, _MOST_LAG_S = 20.0, 0.4, 6.0
 #: With its lag taken off a channel leaves at most so much of another, and of what it left before;
@@ -64,32 +63,27 @@ def pairs_of(run: PoolRun, table: RunTable, gravity_mps2: float) -> Iterator[Pai
     own = "velocity" if "velocity" in run.channels else "velocity_earth"
     if rate is not None:
         rows = valid["attitude"] & valid["angular_velocity"]
-        yield Pair("angular_velocity", "attitude", rate, turning(attitude, _TABLE_HZ), rows)
+        yield Pair("angular_velocity", "attitude", rate, turning(attitude, TABLE_HZ), rows)
     if velocity is None:
         return
     there = valid["attitude"] & valid["velocity"]
     over_earth = into_body(velocity, attitude * [1.0, -1.0, -1.0, -1.0])
     for by, axes in (("depth", slice(2, 3)), ("position", slice(0, 2))):
         if by in values:
-            change = np.gradient(values[by][:, : axes.stop - axes.start], axis=0) * _TABLE_HZ
+            change = np.gradient(values[by][:, : axes.stop - axes.start], axis=0) * TABLE_HZ
             yield Pair(own, by, over_earth[:, axes], change, there & valid[by])
     if "specific_force" in values and own == "velocity":
         felt = values["specific_force"] + gravity_mps2 * down_in_body(attitude)
-        change = np.gradient(velocity, axis=0) * _TABLE_HZ
+        change = np.gradient(velocity, axis=0) * TABLE_HZ
         if rate is not None:
             change += np.cross(rate, velocity)
         yield Pair(own, "specific_force", change, felt, there & valid["specific_force"])
 
 
-def lags(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def lags(run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Say which channels tell the motion of others at another time."""
     if run.duration_s < _SHORTEST_S or "attitude" not in run.channels:
         return
-    wanted = ("attitude", "angular_velocity", "specific_force", "depth", "position")
-    known = [name for name in wanted if name in run.channels]
-    if {"velocity", "velocity_earth"} & set(run.channels):
-        known.append("velocity")
-    table = on_rows(run, _TABLE_HZ, *known)
     for pair in pairs_of(run, table, vehicle.water.gravity_mps2):
         late = _late(pair)
         if late is None:
@@ -109,16 +103,16 @@ def lags(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
 
 def _late(pair: Pair) -> Late | None:
     rows = pair.rows & np.isfinite(pair.read).all(axis=1) & np.isfinite(pair.made).all(axis=1)
-    if rows.sum() < _SHORTEST_S * _TABLE_HZ:
+    if rows.sum() < _SHORTEST_S * TABLE_HZ:
         return None
-    second = np.full(round(_TABLE_HZ), 1.0 / round(_TABLE_HZ))
+    second = np.full(round(TABLE_HZ), 1.0 / round(TABLE_HZ))
     both = []
     for values in (pair.read, pair.made):
         away = np.where(rows[:, None], values - values[rows].mean(axis=0), 0.0)
         both.append(np.stack([np.convolve(one, second, mode="same") for one in away.T], axis=1))
     if min(one.std() for one in both) < _LEAST_MOTION:
         return None
-    late = late_by(both[0], both[1], _TABLE_HZ)
+    late = late_by(both[0], both[1], TABLE_HZ)
     if (
         late is None
         or abs(late.lag_s) < _LEAST_LAG_S

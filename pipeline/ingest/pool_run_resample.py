@@ -13,6 +13,8 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.run_notes import run_of
 
 _MOST_ROWS = 50_000_000
+#: Of the table on which channels are compared; a day of it, as a clock that jumps makes many.
+TABLE_HZ, _MOST_COMPARED = 20.0, 1_800_000
 #: Quantities with a column a thruster, and how their columns begin in the channels.
 _OF_THRUSTERS = {"command": "command.", "shaft_speed": "shaft_speed_rpm."}
 #: Quantity of a channel -> quantity of the table, where they are called otherwise.
@@ -190,6 +192,17 @@ def resample(
 def on_rows(run: PoolRun, rate_hz: float, *quantities: str) -> RunTable:
     """Resample some quantities to compare them with each other."""
     return resample(run, rate_hz, quantities=quantities, off_rows=False)
+
+
+def on_one_base(run: PoolRun) -> RunTable:
+    """Resample all quantities that are compared with each other.
+
+    Raises `CannotComputeError` where the times of the run make no such table.
+    """
+    rows = TABLE_HZ * run.duration_s
+    if rows > _MOST_COMPARED:
+        raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
+    return resample(run, TABLE_HZ, off_rows=False)
 
 
 def thrusters_of(run: PoolRun, quantity: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body, turning
 from pipeline.ingest.pool_run_late import Late, late_by
-from pipeline.ingest.pool_run_resample import on_rows, thrusters_of
+from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
     about_down,
@@ -17,10 +17,10 @@ from pipeline.ingest.pool_run_score import (
     sums_of_parts,
 )
 from pipeline.records.run_arrays import PoolRun
+from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-_TABLE_HZ = 20.0
 #: About half a minute: of one sine several orders of thrusters may make the like.
 _FEWEST_ROWS = 580
 #: The explained share of the angular acceleration must be at least this to speak of thrusters.
@@ -59,7 +59,9 @@ class _Turning:
     names: tuple[str, ...]
 
 
-def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def thrusters_against_rates(
+    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
+) -> Iterator[Problem]:
     """Compare angular accelerations with the moments that the vehicle file promises.
 
     For each axis: acceleration = gain x moment of the commands + what other causes explain, with
@@ -67,7 +69,7 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> Ite
     in other axes explain the accelerations plainly better, in the whole run and in both halves of
     it, that is told; or that commands are late.
     """
-    found = _turning_of(run)
+    found = _turning_of(run, table)
     stated = {thruster.name: thruster for thruster in vehicle.thrusters}
     if found is None or len(found.names) < 2 or not set(found.names) <= set(stated):
         return
@@ -87,7 +89,7 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> Ite
         # of equals: without an attitude nothing tells the sign of a rate
         key=lambda one: (round(float(one.left[0]), 3), knows_down == (one.how in _OTHER_AXES)),
     )
-    late = late_by(found.acceleration, found.effort @ arms, _TABLE_HZ)
+    late = late_by(found.acceleration, found.effort @ arms, TABLE_HZ)
     if (
         late is not None
         and _is_late(late)
@@ -136,22 +138,20 @@ def _told_late(late: Late, place: Place) -> Problem:
     )
 
 
-def _turning_of(run: PoolRun) -> _Turning | None:
+def _turning_of(run: PoolRun, table: RunTable) -> _Turning | None:
     names = thrusters_of(run, "command")
     known = [name for name in ("angular_velocity", "attitude") if name in run.channels]
     if not names or not known:
         return None
-    if "velocity" in run.channels or {"velocity_earth", "attitude"} <= set(run.channels):
-        known.append("velocity")
-    table = on_rows(run, _TABLE_HZ, "command", *known)
+    known += ["velocity"] if "velocity" in table.values else []
     names = tuple(name for name in table.thrusters if name in names)
     if not names:
         return None  # the log commands thrusters that the vehicle file does not have
     codes = table.values["command"][:, [table.thrusters.index(name) for name in names]]
     rate = table.values.get("angular_velocity")
     if rate is None:
-        rate = turning(table.values["attitude"], _TABLE_HZ)
-    rows = np.all([table.valid[name] for name in table.values], axis=0)
+        rate = turning(table.values["attitude"], TABLE_HZ)
+    rows = np.all([table.valid[name] for name in ("command", *known)], axis=0)
     largest = np.abs(codes[rows]).max(initial=0.0)
     if rows.sum() < _FEWEST_ROWS or not largest:
         return None
@@ -167,7 +167,7 @@ def _turning_of(run: PoolRun) -> _Turning | None:
         others += [speed, speed * np.abs(speed), _products(speed, speed), speed * smooth]
         others += [speed * np.roll(smooth, turn, axis=1) for turn in (1, 2)]
     mixed = np.concatenate(others, axis=1)
-    acceleration = np.gradient(smooth, 1.0 / _TABLE_HZ, axis=0)
+    acceleration = np.gradient(smooth, 1.0 / TABLE_HZ, axis=0)
     there = np.isfinite(np.concatenate([acceleration, effort, mixed], axis=1)).all(axis=1)
     if there.sum() < _FEWEST_ROWS:
         return None

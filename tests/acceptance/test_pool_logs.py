@@ -13,6 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from pipeline.errors import InputError, Place
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
+from pipeline.ingest.pool_run_resample import on_one_base
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.records.run_arrays import PoolRun
 from pipeline.vehicle.load import load_vehicle
@@ -180,7 +181,8 @@ def test_thrusters_are_not_suspected_but_a_swap_is_found(
         assert "runs against" not in said
         channels = {name: one for name, one in run.channels.items() if name != "attitude"}
         without = replace(run, channels=channels)
-        assert not list(thrusters_against_rates(without, vehicle, Place(run.file)))
+        table = on_one_base(without)
+        assert not list(thrusters_against_rates(without, table, vehicle, Place(run.file)))
     path = next(
         path for path in logs_in(shared_data / "exjobbrov_pool") if path.name.startswith("sinPsi")
     )
