@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import TABLE_HZ
 from pipeline.records.run_arrays import PoolRun
-from pipeline.records.run_table import RunTable, quaternion_product
+from pipeline.records.run_table import RunTable, down_axis, quaternion_product
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -43,7 +43,7 @@ def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Ite
         return
     rows = table.valid["attitude"] & table.valid["specific_force"]
     force = table.values["specific_force"][rows]
-    down = down_in_body(table.values["attitude"][rows])
+    down = down_axis(table.values["attitude"][rows])
     apart_deg = _apart_deg(force, down)
     attitude, specific = run.channels["attitude"].topic, run.channels["specific_force"].topic
     if apart_deg >= _MOST_APART_DEG:
@@ -122,7 +122,7 @@ def down_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
     is_force = channel is both[1]
     if is_force and (not kept.size or np.median(np.linalg.norm(kept, axis=1)) < _LEAST_MPS2):
         return  # gravity was taken out, which is told of the sizes
-    down = -kept if is_force else down_in_body(kept)
+    down = -kept if is_force else down_axis(kept / np.linalg.norm(kept, axis=1, keepdims=True))
     apart_deg = _apart_deg(np.tile([0.0, 0.0, -1.0], (len(kept), 1)), down)
     if apart_deg < _MOST_TILTED_DEG:
         return
@@ -145,13 +145,6 @@ def _apart_deg(force: FloatArray, down: FloatArray) -> float:
     other = down[felt] / np.linalg.norm(down[felt], axis=1, keepdims=True)
     cosine = -(force[felt] / size[felt, None] * other).sum(axis=1)
     return float(np.degrees(np.median(np.arccos(np.clip(cosine, -1.0, 1.0)))))
-
-
-def down_in_body(attitude: FloatArray) -> FloatArray:
-    """R^T e_z (n, 3) of quaternions w, x, y, z (n, 4), body to NED, of any length but zero."""
-    w, x, y, z = attitude.T
-    down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
-    return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))
 
 
 def turning(attitude: FloatArray, rate_hz: float) -> FloatArray:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_down import down_in_body, turning
+from pipeline.ingest.pool_run_down import turning
 from pipeline.ingest.pool_run_resample import TABLE_HZ, into_body
 from pipeline.records.run_arrays import PoolRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -73,7 +73,7 @@ def pairs_of(run: PoolRun, table: RunTable, gravity_mps2: float) -> Iterator[Pai
             change = np.gradient(values[by][:, : axes.stop - axes.start], axis=0) * TABLE_HZ
             yield Pair(own, by, over_earth[:, axes], change, there & valid[by])
     if "specific_force" in values and own == "velocity":
-        felt = values["specific_force"] + gravity_mps2 * down_in_body(attitude)
+        felt = values["specific_force"] + gravity_mps2 * down_axis(attitude)
         change = np.gradient(velocity, axis=0) * TABLE_HZ
         if rate is not None:
             change += np.cross(rate, velocity)

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.pool_run_down import down_in_body
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
@@ -25,7 +24,7 @@ from pipeline.ingest.pool_run_score import (
     sums_of_parts,
 )
 from pipeline.records.run_arrays import PoolRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -88,7 +87,7 @@ def meant_otherwise(
         if by_place[0].left[0] < _AGREES:
             readings = readings[:1]  # a vehicle that turns may slip sideways
     if {"specific_force", "attitude"} <= set(table.values):
-        down = vehicle.water.gravity_mps2 * down_in_body(table.values["attitude"])
+        down = vehicle.water.gravity_mps2 * down_axis(table.values["attitude"])
         felt = _lively(table.values["specific_force"] + down, rate_hz)
         by_force = _meanings(
             readings,

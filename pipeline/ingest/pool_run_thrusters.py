@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_down import down_in_body, turning
+from pipeline.ingest.pool_run_down import turning
 from pipeline.ingest.pool_run_late import Late, late_by
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
@@ -17,7 +17,7 @@ from pipeline.ingest.pool_run_score import (
     sums_of_parts,
 )
 from pipeline.records.run_arrays import PoolRun
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -161,7 +161,7 @@ def _turning_of(run: PoolRun, table: RunTable) -> _Turning | None:
     effort = _smoothed(effort * np.sqrt(np.abs(effort)), rows)
     others = [smooth, smooth * np.abs(smooth), _products(smooth, smooth)]
     if "attitude" in known:
-        others.append(_smoothed(down_in_body(table.values["attitude"]), rows))
+        others.append(_smoothed(down_axis(table.values["attitude"]), rows))
     if "velocity" in known:
         speed = _smoothed(table.values["velocity"], rows)
         others += [speed, speed * np.abs(speed), _products(speed, speed), speed * smooth]
