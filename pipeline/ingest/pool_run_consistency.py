@@ -62,7 +62,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
         table = on_one_base(run)
         yield from contradictions(run, vehicle, place, table)
         yield from gravity_against_rates(run, table, place)
-        yield from position_against_depth(run, place)
+        yield from position_against_depth(run, table, place)
         yield from _shaft_against_command(run, table, place)
         yield from thrusters_against_rates(run, table, vehicle, place)
     except CannotComputeError as error:

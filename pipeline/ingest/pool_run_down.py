@@ -30,7 +30,7 @@ _ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
 _ABOVE_WATER_M = -0.3
 #: Nothing dives or surfaces faster but what falls free. [m/s]
 _FASTEST_MPS = 4.0
-_FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
+_MOVING_M, _AGAINST = 0.03, -0.8
 
 
 def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
@@ -220,22 +220,16 @@ def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Prob
         )
 
 
-def position_against_depth(run: PoolRun, place: Place) -> Iterator[Problem]:
+def position_against_depth(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
     """Say where the third component of a position falls as the depth grows: it points up."""
     position, depth = run.channels.get("position"), run.channels.get("depth")
     if position is None or depth is None or position.topic == depth.topic:
         return
-    rows, there = position.usable(), depth.usable()
-    if min(rows.sum(), there.sum()) < _FEW:
+    rows = table.valid["position"] & table.valid["depth"]
+    expected, down = table.values["depth"][rows, 0], table.values["position"][rows, 2]
+    if rows.sum() < _LEAST_ROWS or min(np.std(expected), np.std(down)) < _MOVING_M:
         return
-    at = depth.time_ns[there]
-    order = np.argsort(at, kind="stable")
-    expected = np.interp(position.time_ns[rows], at[order], depth.values[there, 0][order])
-    down = position.values[rows, 2]
-    good = np.isfinite(expected) & np.isfinite(down)
-    if good.sum() < _FEW or min(np.std(expected[good]), np.std(down[good])) < _MOVING_M:
-        return
-    correlation = float(np.corrcoef(expected[good], down[good])[0, 1])
+    correlation = float(np.corrcoef(expected, down)[0, 1])
     if correlation <= _AGAINST:
         yield place.warning(
             f"the position ({position.topic}) rises as the depth ({depth.topic}) grows "
