@@ -118,17 +118,14 @@ def _best(
     group: Sequence[ChannelSource], run: PoolRun, vehicle: Vehicle, place: Place
 ) -> tuple[ChannelSource, str]:
     """Return the first source with the fewest contradictions, and what the first is blamed for."""
+    blamed = []
     try:
         wrong = _wrong_frames(group, run)
-        blamed = [
-            [text for topic, text in wrong.items() if topic == one.channel.topic]
-            + [
-                problem.what
-                for with_it in [replace(run, channels={**run.channels, one.name: one.channel})]
-                for problem in contradictions(with_it, vehicle, place, on_one_base(with_it))
-            ]
-            for one in group
-        ]
+        for one in group:
+            with_it = replace(run, channels={**run.channels, one.name: one.channel})
+            found = contradictions(with_it, vehicle, place, on_one_base(with_it))
+            frame = wrong.get(one.channel.topic)
+            blamed.append([*filter(None, [frame]), *(problem.what for problem in found)])
     except CannotComputeError:
         return group[0], ""
     fewest = min(range(len(group)), key=lambda index: len(blamed[index]))
