@@ -10,7 +10,7 @@ acceleration is kept apart: an acceleration that was measured holds what it is t
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class GridRun:
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
     NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,). `course`
     (m, v) are the velocities as accelerations tell their course, with less noise, where they do.
+    `taken` are the sizes at which wrenches of directions were taken that are likely.
     """
 
     name: str
@@ -61,6 +62,7 @@ class GridRun:
     heavier: FloatArray
     supply: tuple[FloatArray, FloatArray] | None = None
     course: FloatArray | None = None
+    taken: Mapping[int, float] = field(default_factory=dict)
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
@@ -167,7 +169,7 @@ def at_sizes(  # noqa: PLR0917 - as `on_grid`
     for k, size in sizes.items():
         added, heavier[k] = claimed.departure(directions[k], size)
         more[:, k] = _mean(added, rows)
-    return replace(grid, more=more, heavier=heavier)
+    return replace(grid, more=more, heavier=heavier, taken={**grid.taken, **sizes})
 
 
 class _Claimed:

@@ -11,6 +11,7 @@ tells how much healthy runs differ.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +31,8 @@ _GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
+#: Share of the largest force or moment of a run by which the mean's answer to force is taken.
+_SMALL = 0.01
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
@@ -57,12 +60,33 @@ class _Rows:
         self.features = _features(self.now, before, run, self.rows)
         self.mean = mean(self.now, before, run, self.rows)
 
+        self._mean_step = mean
+
+    @cached_property
+    def by_wrench(self) -> FloatArray:
+        """Change of `mean` (k, 6, c) by a newton, or newton metre, over the last period."""
+        found = np.zeros((self.rows.size, 6, self.now.shape[1]))
+        small = _SMALL * max(float(np.abs(self.run.wrench).max()), 1.0)
+        for axis, more in enumerate(small * np.eye(6)):
+            found[:, axis] = self._moved(np.broadcast_to(more, self.run.wrench.shape)) / small
+        return found
+
+    def _moved(self, wrench: FloatArray) -> FloatArray:
+        """Change of `mean` (k, c) by a wrench (m, 6) beside that which the thrusters have."""
+        if self._mean_step is stays:
+            return np.zeros_like(self.now)
+        run, rows = self.run, self.rows
+        other = replace(run, wrench=run.wrench + wrench)
+        before = run.velocity[rows - 2]
+        return np.asarray(self._mean_step(self.now, before, other, rows) - self.mean)
+
     def signatures(self, force: FloatArray, gained: FloatArray) -> FloatArray:
         """Change of the next velocities (k, d, c) by a unit of each direction.
 
-        What a heavier vehicle resists is the acceleration by which velocities are predicted to have
-        `gained` (k, c) over a period: that which was measured holds what is to be explained, and
-        more noise than motion.
+        Drag takes more of a large force than of a small one: a direction that was taken at a size
+        has the change that this makes. What a heavier vehicle resists is the acceleration by which
+        velocities are predicted to have `gained` (k, c) over a period: that which was measured
+        holds what is to be explained, and more noise than motion.
         """
         run = self.run
         rate = np.zeros((len(run.velocity), 6))
@@ -70,7 +94,11 @@ class _Rows:
         rate[self.rows[:, None], own] = gained / run.period_s
         more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
         lagged = _lagged(more, self.rows).transpose(0, 2, 1, 3)
-        return np.asarray(np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force))
+        found = np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force)
+        by_mean = np.einsum("kda,kac->kdc", more[self.rows], self.by_wrench)
+        for k, size in run.taken.items():
+            by_mean[:, k] = self._moved(size * more[:, k]) / size
+        return np.asarray(found + by_mean)
 
 
 def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
@@ -82,17 +110,9 @@ def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray)
     return np.concatenate(every, axis=1)
 
 
-def _by_force(mean: Step, runs: Sequence[GridRun]) -> FloatArray:
-    """Change of the next velocities (6, c) by a newton, or newton metre, before all is learned."""
-    found = np.zeros((6, len(runs[0].channels)))
-    for run in runs:
-        rows = np.arange(2, len(run.velocity))
-        now, before = run.velocity[rows - 1], run.velocity[rows - 2]
-        as_it_is = mean(now, before, run, rows)
-        for axis, unit in enumerate(np.eye(6)):
-            more = mean(now, before, replace(run, wrench=run.wrench + unit), rows)
-            found[axis] += np.mean(more - as_it_is, axis=0) / len(runs)
-    return found
+def _by_force(sets: Sequence[_Rows]) -> FloatArray:
+    """Mean change of the next velocities (6, c) by a newton, or newton metre, before learning."""
+    return np.asarray(np.mean([one.by_wrench.mean(axis=0) for one in sets], axis=0))
 
 
 def _lagged(values: FloatArray, rows: IntArray) -> FloatArray:
@@ -150,8 +170,9 @@ class Response:
         own = np.array([[a in _MOVED_BY[name] for name in self.channels] for a in range(6)])
         self._own_axes = np.tile(own, (FORCES, 1))
         self._force = np.zeros((6 * FORCES, len(self.channels)))
-        self._force[:6] = _by_force(mean, runs)
-        self._expected = None if file is None else _by_force(file, runs)
+        self._force[:6] = _by_force(self._sets)
+        as_file = self._sets if file is mean else [_Rows(run, file) for run in runs if file]
+        self._expected = None if file is None else _by_force(as_file)
         self._scale_features()
         scaled = [self._scaled(one) for one in self._sets]
         spread = np.concatenate([one.next - one.mean for one in self._sets]).var(axis=0)
@@ -309,7 +330,7 @@ class Response:
         if course is not None:
             now, before = course[one.rows - 1], course[one.rows - 2]
             gained = self._next(fit, (now, before), one.run, one.rows) - now
-        return one.next - predicted, one.signatures(self.force_of(fit.slope), gained)
+        return one.next - predicted, one.signatures(self._learned_force(fit.slope), gained)
 
     @property
     def force(self) -> FloatArray:
@@ -322,8 +343,11 @@ class Response:
         Along the axes that move them: what was learned along others is noise, and what a change
         seems to do there would be taken for information.
         """
+        return self._force + self._learned_force(slope)
+
+    def _learned_force(self, slope: FloatArray) -> FloatArray:
         learned = slope[self._states :] * self._scale[self._states :, None]
-        return self._force + np.where(self._own_axes, learned, 0.0)
+        return np.where(self._own_axes, learned, 0.0)
 
     def after(
         self, run: GridRun, changed: FloatArray, *, left_out: int | None = None
