@@ -194,11 +194,7 @@ class _Claimed:
         self._lever = layout(packed, self._nominal)
 
     def departure(self, one: Coordinate, size: float) -> tuple[FloatArray, FloatArray]:
-        """Wrench (rows, 6) and mass (6, 6) of a unit of a direction, taken at a size.
-
-        A heavier vehicle resists the acceleration that it has, which is less than the file's
-        vehicle would have: (M + dM)^-1 M times as much.
-        """
+        """Wrench (rows, 6) and mass (6, 6) of a unit of a direction, taken at a size."""
         packed = self.packed
         if one.effect.id == "thruster_degraded" and one.target is not None:
             column = packed.thruster_names.index(one.target)
@@ -216,8 +212,7 @@ class _Claimed:
             added = pushed - self._pushed
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
-        before, after = mass_of(self._nominal), mass_of(changed)
-        return added / share, (after - before) @ np.linalg.solve(after, before) / share
+        return added / share, (mass_of(changed) - mass_of(self._nominal)) / share
 
     def _read_by(self, scale: float) -> FloatArray:
         """Wrench (rows, 6) that seems to act where a DVL reads so many times the speed.

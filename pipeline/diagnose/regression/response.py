@@ -86,7 +86,10 @@ class _Rows:
         Drag takes more of a large force than of a small one: a direction that was taken at a size
         has the change that this makes. What a heavier vehicle resists is the acceleration by which
         velocities are predicted to have `gained` (k, c) over a period: that which was measured
-        holds what is to be explained, and more noise than motion.
+        holds what is to be explained, and more noise than motion. It gains less than that, as the
+        change s is part of it:
+
+            s = (F - dM (gained + s) / T) B
         """
         run = self.run
         rate = np.zeros((len(run.velocity), 6))
@@ -98,7 +101,14 @@ class _Rows:
         by_mean = np.einsum("kda,kac->kdc", more[self.rows], self.by_wrench)
         for k, size in run.taken.items():
             by_mean[:, k] = self._moved(size * more[:, k]) / size
-        return np.asarray(found + by_mean)
+        found += by_mean
+        by_force = force.reshape(-1, *self.by_wrench.shape[1:]).sum(axis=0) + self.by_wrench
+        for k, size in run.taken.items():
+            resisted = size * run.heavier[k][:, own].T / run.period_s @ by_force
+            found[:, k] = np.linalg.solve(
+                np.eye(len(own)) + resisted.transpose(0, 2, 1), found[:, k, :, None]
+            )[..., 0]
+        return np.asarray(found)
 
 
 def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
