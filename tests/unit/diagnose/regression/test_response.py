@@ -1,5 +1,6 @@
 """A vehicle with a known answer: what is learned of it, and what is told of a change."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +15,25 @@ from pipeline.types import FloatArray, IntArray
 PERIOD_S, DRAG, PUSH = 0.1, 0.5, 0.04
 
 
-def flown(seed: int, gain: float = 1.0, noise: float = 0.002) -> GridRun:
-    """Yaw and surge with linear drag; one thruster that pushes and turns, one that turns."""
+def linear(velocity: FloatArray, force: FloatArray) -> FloatArray:
+    """Follow linear drag over a period."""
+    return (1.0 - DRAG * PERIOD_S) * velocity + PUSH * force * PERIOD_S
+
+
+def quadratic(velocity: FloatArray, force: FloatArray) -> FloatArray:
+    """Follow quadratic drag over a long period: it takes more of a large force than of a small."""
+    for _ in range(20):
+        velocity = velocity + (PUSH * force - 2.0 * np.abs(velocity) * velocity) * PERIOD_S
+    return velocity
+
+
+def flown(
+    seed: int,
+    gain: float = 1.0,
+    noise: float = 0.002,
+    motion: Callable[[FloatArray, FloatArray], FloatArray] = linear,
+) -> GridRun:
+    """Yaw and surge with drag; one thruster that pushes and turns, one that turns."""
     generator = np.random.default_rng(seed)
     rows = 500
     thrust = np.repeat(generator.normal(0.0, 10.0, (rows // 10, 2)), 10, axis=0)
@@ -25,8 +43,7 @@ def flown(seed: int, gain: float = 1.0, noise: float = 0.002) -> GridRun:
     acting = wrench - (1.0 - gain) * own[:, 0]
     velocity = np.zeros((rows, 2))
     for k in range(1, rows):
-        force = PUSH * acting[k, [0, 5]] * PERIOD_S
-        velocity[k] = (1.0 - DRAG * PERIOD_S) * velocity[k - 1] + force
+        velocity[k] = motion(velocity[k - 1], acting[k, [0, 5]])
         velocity[k] += noise * generator.standard_normal(2)
     return GridRun(
         name=f"run {seed}",
@@ -63,6 +80,34 @@ def test_a_run_tells_the_gain_of_its_thruster(learned: Response, gain: float) ->
     size = float(told.score[0] / told.information[0, 0])
     assert std < 0.05
     assert size == pytest.approx(gain - 1.0, abs=4.0 * std + 0.01)
+
+
+def test_drag_takes_more_of_a_large_force() -> None:
+    def mean(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return quadratic(now, run.wrench[rows][:, [0, 5]])
+
+    sound = [flown(seed, motion=quadratic) for seed in range(4)]
+    response = Response(sound, BENT[-1], mean, mean, stiff=STIFF)
+    run = replace(flown(9, 0.0, motion=quadratic), taken={0: -1.0})
+    told = response.told(run)
+    assert told.score[0] / told.information[0, 0] == pytest.approx(-1.0, abs=0.02)
+    # where it is fast a little force does less than its share
+    small = response.told(replace(run, taken={}))
+    assert small.score[0] / small.information[0, 0] < -1.1
+
+
+def test_a_heavier_vehicle_gains_less_and_resists_that() -> None:
+    heavier, half = np.zeros((1, 6, 6)), 0.5 / PUSH
+    heavier[0, 0, 0] = half
+
+    def slower(velocity: FloatArray, force: FloatArray) -> FloatArray:
+        gained = PERIOD_S * (PUSH * force - DRAG * velocity)
+        return velocity + gained * np.array([1.0 / 1.5, 1.0])
+
+    response = Response([flown(seed) for seed in range(4)], BENT[0])
+    run = replace(flown(9, motion=slower), more=np.zeros((500, 1, 6)), heavier=heavier)
+    told = response.told(replace(run, taken={0: 1.0}))
+    assert told.score[0] / told.information[0, 0] == pytest.approx(1.0, abs=0.03)
 
 
 def test_sound_runs_scatter_as_they_claim(learned: Response) -> None:
