@@ -10,14 +10,15 @@ from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
 from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
 from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
-from pipeline.diagnose.regression.known import Reference
+from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grids
+from pipeline.diagnose.regression.known import Learned, Reference
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,
     Change,
+    pooled,
     weighed,
     with_disturbance,
 )
@@ -65,9 +66,14 @@ def against_sound(
     CannotComputeError
         For a run that lacks what the sound runs measured.
     """
-    runs = [_asked(case, known, run) for run in case.runs]
-    held = [_asked(case, known, run) for run in case.holdout]
-    runs, told, ranking = _at_their_sizes(case, known, runs, gained)
+    asked = [_asked(case, known, run) for run in case.runs]
+    held = [_asked(case, known, run)[0] for run in case.holdout]
+    weighings = [
+        _at_their_sizes(case, known.directions, learned, grids, gained)
+        for learned, grids in zip(known.grids, zip(*asked, strict=True), strict=True)
+    ]
+    runs, told, _ = weighings[0]
+    ranking = pooled([ranking for _, _, ranking in weighings])
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
     rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
@@ -114,17 +120,21 @@ def against_sound(
 
 
 def _at_their_sizes(
-    case: Case, known: Reference, runs: Sequence[GridRun], gained: Sequence[Gained]
+    case: Case,
+    directions: Sequence[Coordinate],
+    learned: Learned,
+    runs: Sequence[GridRun],
+    gained: Sequence[Gained],
 ) -> tuple[list[GridRun], list[Told], tuple[Change, ...]]:
-    """Weigh all changes, the likeliest at the sizes at which they are found.
+    """Weigh all changes on one grid, the likeliest at the sizes at which they are found.
 
     What a dead zone, a lag or a tilt adds is not in proportion to its size.
     """
-    directions, sensors = known.directions, case.vehicle.sensors
+    sensors = case.vehicle.sensors
     own, taken, rounds = list(runs), dict[int, float](), 0
     while True:
-        told = known.told(own)
-        ranking = weighed(told, directions, known.ordinary, gained, known.sound)
+        told = learned.told(own)
+        ranking = weighed(told, directions, learned.ordinary, gained, learned.sound)
         sizes = {
             k: float(np.clip(size, *directions[k].bounds))
             for one in [one for one in ranking if "+" not in one.name][_LIKELIEST - 1 :: -1]
@@ -138,7 +148,7 @@ def _at_their_sizes(
         }
         rounds += 1
         if not moved or rounds > _ROUNDS:
-            return own, told, _beside_disturbance(known, own, ranking)
+            return own, told, _beside_disturbance(learned, own, ranking)
         taken |= moved
         own = [
             at_sizes(grid, case.packed, run, sensors, directions, moved)
@@ -147,10 +157,10 @@ def _at_their_sizes(
 
 
 def _beside_disturbance(
-    known: Reference, runs: Sequence[GridRun], ranking: Sequence[Change]
+    learned: Learned, runs: Sequence[GridRun], ranking: Sequence[Change]
 ) -> tuple[Change, ...]:
     """Weigh that a force comes and goes beside each change that is plausible, or alone."""
-    response = known.response
+    response = learned.response
 
     def ratios(left: FloatArray) -> FloatArray:
         return block_ratios(response.filtered(left), response.period_s)
@@ -160,7 +170,7 @@ def _beside_disturbance(
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = np.zeros(len(known.directions))
+        changed = np.zeros(learned.ordinary.width.size)
         changed[list(one.which)] = one.mean
         asked = []
         for k, run in enumerate(runs):
@@ -170,14 +180,15 @@ def _beside_disturbance(
     return with_disturbance(ranking, odds)
 
 
-def _asked(case: Case, known: Reference, run: RunTable) -> GridRun:
-    found = on_grid(
-        case.packed, run, case.vehicle.sensors, known.directions, known.response.period_s
-    )
-    if found.channels != known.response.channels:
+def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:
+    """Put a run on each grid."""
+    periods = [one.response.period_s for one in known.grids]
+    found = on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
+    channels = known.best.response.channels
+    if found[0].channels != channels:
         raise CannotComputeError(
-            f"{run.name} has the velocities {', '.join(found.channels)}, the sound runs "
-            f"{', '.join(known.response.channels)}: name sound runs with the same channels."
+            f"{run.name} has the velocities {', '.join(found[0].channels)}, the sound runs "
+            f"{', '.join(channels)}: name sound runs with the same channels."
         )
     return found
 
@@ -269,12 +280,12 @@ def _evidence(
     case: Case, known: Reference, runs: Sequence[GridRun], ranking: Sequence[Change]
 ) -> Evidence:
     noise = {}
-    for c, name in enumerate(known.response.channels):
-        left = known.response.whitened_of_sound(c)
+    for c, name in enumerate(known.best.response.channels):
+        left = known.best.response.whitened_of_sound(c)
         noise[name] = ChannelNoiseCheck(
             variance=float(np.mean(left**2)),
             lag1=float(np.mean(left[1:] * left[:-1]) / max(float(np.mean(left**2)), 1e-12)),
-            widened_by=float(known.trusted**-0.5),
+            widened_by=float(known.best.trusted**-0.5),
         )
     seconds = sum(float(run.time_s[-1]) for run in runs)
     return Evidence(

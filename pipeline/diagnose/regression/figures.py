@@ -46,13 +46,13 @@ def _rms(values: Sequence[FloatArray]) -> FloatArray:
 
 def _floors(known: Reference) -> FloatArray:
     """Rms error (c,) of sound runs that took no part."""
-    period = known.response.period_s
-    return np.maximum(_rms([_sums(one, period) for one in known.response.remainders]), 1e-9)
+    period = known.best.response.period_s
+    return np.maximum(_rms([_sums(one, period) for one in known.best.response.remainders]), 1e-9)
 
 
 def _left(known: Reference, run: GridRun) -> FloatArray:
     none = np.zeros(len(known.directions))
-    return _sums(known.response.after(run, none)[1], known.response.period_s)
+    return _sums(known.best.response.after(run, none)[1], known.best.response.period_s)
 
 
 def _unit(channel: str) -> str:
@@ -75,7 +75,7 @@ def gap_of(case: Case, known: Reference, runs: Sequence[GridRun]) -> Gap:
     errors = [_left(known, run) for run in runs]
     rms = _rms(errors)
     channels = {}
-    for c, name in enumerate(known.response.channels):
+    for c, name in enumerate(known.best.response.channels):
         figures = GapFigures(
             rmse=float(rms[c]),
             sensor_floor=_noise_of(case.vehicle.sensors, name),
@@ -163,10 +163,10 @@ def shrink_of(
                 (one[side], size if k in said.first.runs else none) for k, one in enumerate(cut)
             ]
         told = "each half of the runs, with the size from the other half"
-    floors, period = _floors(known), known.response.period_s
+    floors, period = _floors(known), known.best.response.period_s
     before, after, series = [], [], []
     for run, size in parts:
-        rows, first, second = known.response.after(run, size)
+        rows, first, second = known.best.response.after(run, size)
         left, right = _sums(first, period), _sums(second, period)
         before.append(left)
         after.append(right)
@@ -180,7 +180,7 @@ def shrink_of(
             gap_closed=_closed(float(one[c] / floors[c]), float(other[c] / floors[c])),
             ci95=None,
         )
-        for c, name in enumerate(known.response.channels)
+        for c, name in enumerate(known.best.response.channels)
     }
     first_all = float(np.sqrt(np.mean((one / floors) ** 2)))
     second_all = float(np.sqrt(np.mean((other / floors) ** 2)))
@@ -201,7 +201,7 @@ def _closed(before: float, after: float) -> float | None:
 
 def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
     """Size of each direction that is named, from some runs alone."""
-    told = [one.tempered(known.ordinary.share) for one in known.told(runs)]
+    told = [one.tempered(known.best.ordinary.share) for one in known.best.told(runs)]
     own = list(said.first.which)
     found = np.zeros(len(known.directions))
     information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]

@@ -76,23 +76,6 @@ def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
     return tuple(one for one in PERIODS_S if one > 0.9 * slowest) or PERIODS_S[-1:]
 
 
-def on_grid(
-    packed: PackedVehicle,
-    run: RunTable,
-    sensors: Sensors | None,
-    directions: Sequence[Coordinate],
-    period_s: float,
-) -> GridRun:
-    """Put a run on a grid, with the wrench of each direction.
-
-    Raises
-    ------
-    CannotComputeError
-        Without rates of turn or attitude, or for a run shorter than a second.
-    """
-    return on_grids(packed, run, sensors, directions, (period_s,))[0]
-
-
 def on_grids(
     packed: PackedVehicle,
     run: RunTable,
@@ -100,7 +83,13 @@ def on_grids(
     directions: Sequence[Coordinate],
     periods_s: Sequence[float],
 ) -> list[GridRun]:
-    """Put a run on several grids; see `on_grid`."""
+    """Put a run on grids, with the wrench of each direction.
+
+    Raises
+    ------
+    CannotComputeError
+        Without rates of turn or attitude, or for a run shorter than a second.
+    """
     claimed = _Claimed(packed, run, sensors)
     departures = [claimed.departure(one, np.sign(one.step) * _STEP) for one in directions]
     supply = supply_told(packed, run, sensors, directions)
@@ -154,7 +143,7 @@ def _gridded(
     )
 
 
-def at_sizes(  # noqa: PLR0917 - as `on_grid`
+def at_sizes(  # noqa: PLR0917 - as `on_grids`
     grid: GridRun,
     packed: PackedVehicle,
     run: RunTable,

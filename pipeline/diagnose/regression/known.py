@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of, stated_widths
-from pipeline.diagnose.regression.file_step import file_step
+from pipeline.diagnose.regression.file_step import Step, file_step
 from pipeline.diagnose.regression.grid import GridRun, grid_periods, on_grids
 from pipeline.diagnose.regression.held_out import (
     FileModel,
@@ -23,7 +23,7 @@ from pipeline.diagnose.regression.offset import (
     offset_of,
     without_offset,
 )
-from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
+from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of
 from pipeline.diagnose.regression.response import BENT, STIFF, Response, stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.effects.effect import AXES
@@ -33,29 +33,22 @@ from pipeline.types import FloatArray
 
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
-#: Share of the information that must be left for a spacing of the grid. [1]
-_LEAST_TRUSTED = 0.75
 
 
 @dataclass(frozen=True)
-class Reference:
-    """A vehicle as its sound runs show it; `why` tells why it decides.
+class Learned:
+    """What sound runs show on one grid.
 
-    `offset` is what the response is off by in all of them alike; `stated` and `ordinary` are what
-    its directions differ by between runs, before and after these runs were seen; `sound` is what
-    each of them says, predicted from the others, without the offset; `table` says how
-    well runs that were left out are predicted.
+    `offset` is what the response is off by in all of them alike; `ordinary` is what its directions
+    differ by between runs; `sound` is what each of them says, predicted from the others, without
+    the offset; `error` is the mean logarithm of its errors, see `error_ahead`.
     """
 
-    directions: tuple[Coordinate, ...]
     response: Response
     offset: Offset
-    stated: FloatArray
     ordinary: Ordinary
     sound: tuple[Told, ...]
-    table: tuple[Prediction, ...]
-    used: bool
-    why: str
+    error: float
 
     def told(self, runs: Sequence[GridRun]) -> list[Told]:
         """Return what runs that are weighed together say of the directions."""
@@ -66,10 +59,32 @@ class Reference:
         """Share of the information of a run that is left over all channels."""
         return float(np.exp(np.mean(np.log(self.offset.share * self.ordinary.share))))
 
+
+@dataclass(frozen=True)
+class Reference:
+    """A vehicle as its sound runs show it; `why` tells why it decides.
+
+    `grids` are what was learned on each grid, the one first that predicts best; `stated` is what
+    directions differ by before these runs were seen; `table` says how well runs that were left out
+    are predicted.
+    """
+
+    directions: tuple[Coordinate, ...]
+    grids: tuple[Learned, ...]
+    stated: FloatArray
+    table: tuple[Prediction, ...]
+    used: bool
+    why: str
+
+    @property
+    def best(self) -> Learned:
+        """What was learned on the grid that predicts best."""
+        return self.grids[0]
+
     @property
     def force(self) -> dict[str, dict[str, float]]:
         """Acceleration of each velocity by a newton, or newton metre, along each axis."""
-        response = self.response
+        response = self.best.response
         every = response.force.reshape(-1, 6, len(response.channels)).sum(axis=0)
         return {
             name: {axis: float(every[a, c] / response.period_s) for a, axis in enumerate(AXES)}
@@ -84,7 +99,7 @@ class Reference:
                 name=one.name,
                 unit=one.parameter.unit,
                 stated=float(self.stated[k] * one.unit_size),
-                learned=float(self.ordinary.width[k] * one.unit_size),
+                learned=float(self.best.ordinary.width[k] * one.unit_size),
             )
             for k, one in enumerate(self.directions)
         )
@@ -93,10 +108,8 @@ class Reference:
 def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     """Learn from the healthy runs of a case and predict each by the others.
 
-    The ridge of squares and products, and how much is learned at all beside the file, is what
-    predicts runs left out best. The spacing of
-    the grid is the one at which runs tell most, of those at which the noise of sound runs is what
-    it claims to be.
+    On each grid the ridge of squares and products, and how much is learned at all beside the file,
+    is what predicts runs left out best.
 
     Raises
     ------
@@ -117,27 +130,25 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         )
     stated = stated_widths(case.vehicle, directions)
     file = file_step(case.packed)
-    found = []
-    for runs in zip(*every, strict=True):
-        ways = product(BENT, (stays, file))
-        tried = [Response(runs, bent, mean, file) for bent, mean in ways]
-        tried.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
-        response = min(tried, key=error_ahead)
-        sound = response.told_of_sound()
-        ordinary = ordinary_of(sound, directions, stated)
-        found.append((power_of(sound, ordinary), ordinary, response, sound))
-    trusted = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
-    _, ordinary, response, sound = (
-        max(trusted, key=lambda one: one[0])
-        if trusted
-        else max(found, key=lambda one: one[1].trusted)
-    )
-    offset = offset_of(sound, ordinary.share)
-    alone = without_offset(sound, ordinary.share)
-    ordinary = ordinary_of(alone, directions, stated)
-    table = predictions(response, files)
+    grids = [_on_grid(runs, file, directions, stated) for runs in zip(*every, strict=True)]
+    grids.sort(key=lambda one: one.error)
+    table = predictions(grids[0].response, files)
     used, why = decides(table)
-    return Reference(directions, response, offset, stated, ordinary, tuple(alone), table, used, why)
+    return Reference(directions, tuple(grids), stated, table, used, why)
+
+
+def _on_grid(
+    runs: Sequence[GridRun], file: Step, directions: Sequence[Coordinate], stated: FloatArray
+) -> Learned:
+    tried = [Response(runs, bent, mean, file) for bent, mean in product(BENT, (stays, file))]
+    tried.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
+    errors = [error_ahead(one) for one in tried]
+    best = int(np.argmin(errors))
+    sound = tried[best].told_of_sound()
+    share = ordinary_of(sound, directions, stated).share
+    alone = without_offset(sound, share)
+    ordinary = ordinary_of(alone, directions, stated)
+    return Learned(tried[best], offset_of(sound, share), ordinary, tuple(alone), errors[best])
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:

@@ -107,14 +107,6 @@ def beyond_ordinary(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArr
     return told.information - across @ solved[:, :-1], told.score - across @ solved[:, -1]
 
 
-def power_of(told: Sequence[Told], ordinary: Ordinary) -> float:
-    """Say how much runs like the sound ones tell of the directions: mean nats of a unit of each."""
-    found = [
-        np.diag(beyond_ordinary(one.tempered(ordinary.share), ordinary.width)[0]) for one in told
-    ]
-    return float(np.mean(np.log1p(np.maximum(found, 0.0))))
-
-
 def _share(told: Sequence[Told], stated: FloatArray) -> float:
     """Share of the information with which the sound runs scatter as it and the widths say."""
     low, high = _LEAST_SHARE, 1.0

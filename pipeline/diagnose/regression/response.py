@@ -31,8 +31,9 @@ _GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
-#: Share of the largest force or moment of a run by which the mean's answer to force is taken.
-_SMALL = 0.01
+#: The mean's answer to force is taken at what is usual along its axis: this share of that along
+#: any, at the least.
+_LEAST = 0.01
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
@@ -64,11 +65,13 @@ class _Rows:
 
     @cached_property
     def by_wrench(self) -> FloatArray:
-        """Change of `mean` (k, 6, c) by a newton, or newton metre, over the last period."""
+        """Change of `mean` (k, 6, c) by a newton, or newton metre, as one of many (rms)."""
         found = np.zeros((self.rows.size, 6, self.now.shape[1]))
-        small = _SMALL * max(float(np.abs(self.run.wrench).max()), 1.0)
-        for axis, more in enumerate(small * np.eye(6)):
-            found[:, axis] = self._moved(np.broadcast_to(more, self.run.wrench.shape)) / small
+        usual = np.sqrt(np.mean(self.run.wrench**2, axis=0))
+        usual = np.maximum(usual, max(_LEAST * float(usual.max()), 1e-6))
+        for axis, more in enumerate(np.diag(usual)):
+            moved = self._moved(np.broadcast_to(more, self.run.wrench.shape))
+            found[:, axis] = moved / usual[axis]
         return found
 
     def _moved(self, wrench: FloatArray) -> FloatArray:

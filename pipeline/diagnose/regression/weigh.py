@@ -222,6 +222,30 @@ def with_disturbance(ranking: Sequence[Change], odds: Mapping[str, float]) -> tu
     return tuple(sorted(found, key=_worth, reverse=True))
 
 
+def pooled(rankings: Sequence[Sequence[Change]]) -> tuple[Change, ...]:
+    """Average what several models of the same runs say; none of them is known to be the right one.
+
+    Of each name the change is shown that is the most probable of any, its size over all of them
+    that mean the same parameters.
+    """
+    every: dict[str, list[Change]] = {}
+    for ranking in rankings:
+        for one in ranking:
+            every.setdefault(one.name, []).append(one)
+    found = []
+    for own in every.values():
+        first = max(own, key=_worth)
+        same = [one for one in own if one.which == first.which]
+        share = np.array([one.probability + 1e-12 for one in same])[:, None]
+        share /= share.sum()
+        mean = np.sum(share * [one.mean for one in same], axis=0)
+        spread = [one.std**2 + (one.mean - mean) ** 2 for one in same]
+        std = np.sqrt(np.sum(share * spread, axis=0))
+        probability = sum(one.probability for one in own) / len(rankings)
+        found.append(replace(first, probability=probability, mean=mean, std=std))
+    return tuple(sorted(found, key=_worth, reverse=True))
+
+
 def _hypotheses(
     runs: "_Runs",
     told: Sequence[Told],

@@ -7,7 +7,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.file_step import file_step
-from pipeline.diagnose.regression.grid import on_grid
+from pipeline.diagnose.regression.grid import on_grids
 
 SCALE = 1.2
 
@@ -21,7 +21,7 @@ def test_a_dvl_that_reads_too_fast_seems_to_be_pushed() -> None:
     left = np.zeros((2, 6))
     for run in case.runs:
         fast = replace(run, values={**run.values, "velocity": SCALE * run.values["velocity"]})
-        grid = on_grid(case.packed, fast, case.vehicle.sensors, directions, 0.2)
+        grid = on_grids(case.packed, fast, case.vehicle.sensors, directions, (0.2,))[0]
         more = (SCALE - 1.0) / directions[k].unit_size * grid.more[:, k]
         rows = np.arange(2, len(grid.velocity))
         now, before = grid.velocity[rows - 1], grid.velocity[rows - 2]

@@ -8,7 +8,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.file_step import file_step
-from pipeline.diagnose.regression.grid import GridRun, on_grid
+from pipeline.diagnose.regression.grid import GridRun, on_grids
 from pipeline.simulate.pack import PackedVehicle
 
 Flown = tuple[PackedVehicle, list[GridRun]]
@@ -19,7 +19,7 @@ def flown() -> Flown:
     case = small_case(seconds=12.0, effects=("residual_buoyancy",))
     every = directions_of(case.vehicle, case.packed, case.candidates)
     return case.packed, [
-        on_grid(case.packed, run, case.vehicle.sensors, every, 0.2) for run in case.runs
+        on_grids(case.packed, run, case.vehicle.sensors, every, (0.2,))[0] for run in case.runs
     ]
 
 
