@@ -69,7 +69,7 @@ def against_sound(
     asked = [_asked(case, known, run) for run in case.runs]
     held = [_asked(case, known, run)[0] for run in case.holdout]
     weighings = [
-        _at_their_sizes(case, known.directions, learned, grids, gained)
+        _at_their_sizes(known.directions, learned, grids, gained)
         for learned, grids in zip(known.grids, zip(*asked, strict=True), strict=True)
     ]
     runs, told, _ = weighings[0]
@@ -120,7 +120,6 @@ def against_sound(
 
 
 def _at_their_sizes(
-    case: Case,
     directions: Sequence[Coordinate],
     learned: Learned,
     runs: Sequence[GridRun],
@@ -130,7 +129,6 @@ def _at_their_sizes(
 
     What a dead zone, a lag or a tilt adds is not in proportion to its size.
     """
-    sensors = case.vehicle.sensors
     own, taken, rounds = list(runs), dict[int, float](), 0
     while True:
         told = learned.told(own)
@@ -150,10 +148,7 @@ def _at_their_sizes(
         if not moved or rounds > _ROUNDS:
             return own, told, _beside_disturbance(learned, own, ranking)
         taken |= moved
-        own = [
-            at_sizes(grid, case.packed, run, sensors, directions, moved)
-            for grid, run in zip(own, case.runs, strict=True)
-        ]
+        own = [at_sizes(grid, directions, moved) for grid in own]
 
 
 def _beside_disturbance(

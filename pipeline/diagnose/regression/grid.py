@@ -47,7 +47,8 @@ class GridRun:
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
     NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,). `course`
     (m, v) are the velocities as accelerations tell their course, with less noise, where they do.
-    `taken` are the sizes at which wrenches of directions were taken that are likely.
+    `taken` are the sizes at which wrenches of directions were taken that are likely; `claimed` is
+    what they are taken from.
     """
 
     name: str
@@ -63,6 +64,7 @@ class GridRun:
     supply: tuple[FloatArray, FloatArray] | None = None
     course: FloatArray | None = None
     taken: Mapping[int, float] = field(default_factory=dict)
+    claimed: "_Claimed | None" = field(default=None, repr=False)
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
@@ -94,18 +96,17 @@ def on_grids(
     departures = [claimed.departure(one, np.sign(one.step) * _STEP) for one in directions]
     supply = supply_told(packed, run, sensors, directions)
     return [
-        replace(_gridded(claimed, run, departures, period_s), supply=supply)
+        replace(_gridded(claimed, departures, period_s), supply=supply, claimed=claimed)
         for period_s in periods_s
     ]
 
 
 def _gridded(
     claimed: "_Claimed",
-    run: RunTable,
     departures: Sequence[tuple[FloatArray, FloatArray]],
     period_s: float,
 ) -> GridRun:
-    motion, row_s = claimed.motion, claimed.row_s
+    run, motion, row_s = claimed.run, claimed.motion, claimed.row_s
     edges, rows = _rows_of(run, period_s, row_s)
     names: list[str] = []
     columns = []
@@ -143,17 +144,13 @@ def _gridded(
     )
 
 
-def at_sizes(  # noqa: PLR0917 - as `on_grids`
-    grid: GridRun,
-    packed: PackedVehicle,
-    run: RunTable,
-    sensors: Sensors | None,
-    directions: Sequence[Coordinate],
-    sizes: Mapping[int, float],
+def at_sizes(
+    grid: GridRun, directions: Sequence[Coordinate], sizes: Mapping[int, float]
 ) -> GridRun:
     """Take the wrench of some directions at the sizes (in their units) that they are found at."""
-    claimed = _Claimed(packed, run, sensors)
-    _, rows = _rows_of(run, grid.period_s, claimed.row_s)
+    claimed = grid.claimed
+    assert claimed is not None  # noqa: S101 - of `on_grids`
+    _, rows = _rows_of(claimed.run, grid.period_s, claimed.row_s)
     more, heavier = grid.more.copy(), grid.heavier.copy()
     for k, size in sizes.items():
         added, heavier[k] = claimed.departure(directions[k], size)
@@ -168,7 +165,7 @@ class _Claimed:
     """
 
     def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
-        self.packed = packed
+        self.packed, self.run = packed, run
         self.motion = measured_motion(run, sensors)
         self.row_s = run.period_s
         place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
@@ -100,7 +100,7 @@ class _Runs:
                 value += _log_mass(bounds, float(size), float(spread))
                 value -= _log_mass(bounds, 0.0, width)
             tried.append((value, mean, std))
-        total = float(logsumexp([one[0] for one in tried]))
+        total = float(np.logaddexp.reduce([one[0] for one in tried]))
         _, mean, std = max(tried, key=lambda one: one[0])
         return total, mean, std
 
@@ -167,7 +167,7 @@ def weighed(
     sound : sequence of Told
         Of each sound run, predicted from the others.
     """
-    every: list[Change] = []
+    every: list[tuple[_Runs | None, Change]] = []
     for times, prior in _SPREADS:
         width = times * ordinary.width
         runs = _Runs(told, directions, replace(ordinary, width=width))
@@ -176,21 +176,21 @@ def weighed(
         if sound:
             all_runs = _Runs([*sound, *told], directions, replace(ordinary, width=width))
             own += [_alike(all_runs, one) for one in own if one.which]
-        every += [replace(one, probability=one.probability + spread) for one in own]
+        every += [(runs, replace(one, probability=one.probability + spread)) for one in own]
     strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
     )
     rest = float(np.log(1.0 - _NOTHING - PRIOR_OF_ONE - _TWO - _COMES_AND_GOES))
-    every.append(Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE))
-    logs = np.array([one.probability for one in every])
+    every.append((None, Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE)))
+    logs = np.array([one.probability for _, one in every])
     shares = np.exp(logs - logs.max())
     shares /= shares.sum()
-    shown: dict[str, Change] = {}
+    shown: dict[str, tuple[_Runs | None, Change]] = {}
     whole: dict[str, float] = {}
-    for one, share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
-        shown.setdefault(one.name, one)
+    for (runs_of, one), share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
+        shown.setdefault(one.name, (runs_of, one))
         whole[one.name] = whole.get(one.name, 0.0) + float(share)
-    merged = [replace(one, probability=whole[name]) for name, one in shown.items()]
+    merged = [_whole(runs_of, one, whole[name]) for name, (runs_of, one) in shown.items()]
     return tuple(sorted(merged, key=_worth, reverse=True))
 
 
@@ -277,6 +277,14 @@ def _hypotheses(
     return [*found, *singles, *pairs]
 
 
+def _whole(runs: _Runs | None, one: Change, probability: float) -> Change:
+    """Give a change the probability of all that bear its name, and its size over the thrust."""
+    if runs is None or not one.which:
+        return replace(one, probability=probability)
+    mean, std = runs.of_thrust(one.which, one.runs, one.mean, one.std)
+    return replace(one, probability=probability, mean=mean, std=std)
+
+
 def _value(one: Change) -> float:
     return one.evidence
 
@@ -339,8 +347,7 @@ def _change(
         seen.append((own, mean, std))
     best = int(np.argmax(logs))
     own, mean, std = seen[best]
-    mean, std = runs.of_thrust(which, own, mean, std)
-    total = float(logsumexp(logs))
+    total = float(np.logaddexp.reduce(logs))
     return Change(_name(directions[which[0]]), which, own, total, total + prior, mean, std)
 
 
@@ -351,7 +358,6 @@ def _pair(runs: _Runs, first: Change, second: Change) -> Change:
     which = (*first.which, *second.which)
     own = tuple(sorted({*first.runs, *second.runs}))
     value, mean, std = runs.shared(which, own)
-    mean, std = runs.of_thrust(which, own, mean, std)
     name = "+".join(sorted((first.name, second.name)))
     return Change(name, which, own, value, value + prior, mean, std)
 
