@@ -146,21 +146,27 @@ def _at_their_sizes(
         }
         rounds += 1
         if not moved or rounds > _ROUNDS:
-            return own, told, _beside_disturbance(learned, own, ranking)
+            return own, told, _beside_disturbance(learned, own, told, ranking)
         taken |= moved
         own = [at_sizes(grid, directions, moved) for grid in own]
 
 
 def _beside_disturbance(
-    learned: Learned, runs: Sequence[GridRun], ranking: Sequence[Change]
+    learned: Learned, runs: Sequence[GridRun], told: Sequence[Told], ranking: Sequence[Change]
 ) -> tuple[Change, ...]:
-    """Weigh that a force comes and goes beside each change that is plausible, or alone."""
+    """Weigh that a force comes and goes beside each change that is plausible, or alone.
+
+    It is looked for in what is left when a run differs by what is ordinary, too.
+    """
     response = learned.response
 
     def ratios(left: FloatArray) -> FloatArray:
         return block_ratios(response.filtered(left), response.period_s)
 
-    sound = [ratios(left) for left in response.remainders]
+    sound = [
+        ratios(response.after(run, learned.ordinary.of(own, 0.0), left_out=k)[2])
+        for k, (run, own) in enumerate(zip(response.runs, learned.sound, strict=True))
+    ]
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
@@ -168,9 +174,9 @@ def _beside_disturbance(
         changed = np.zeros(learned.ordinary.width.size)
         changed[list(one.which)] = one.mean
         asked = []
-        for k, run in enumerate(runs):
-            _, without, left = response.after(run, changed)
-            asked.append(ratios(left if k in one.runs else without))
+        for k, (run, own) in enumerate(zip(runs, told, strict=True)):
+            change = changed if k in one.runs else np.zeros_like(changed)
+            asked.append(ratios(response.after(run, change + learned.ordinary.of(own, change))[2]))
         odds[one.name] = log_odds(sound, asked)
     return with_disturbance(ranking, odds)
 

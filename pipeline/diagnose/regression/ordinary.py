@@ -41,6 +41,13 @@ class Ordinary:
         """Share of the information that is left over all channels."""
         return float(np.exp(np.mean(np.log(self.share))))
 
+    def of(self, told: Told, change: FloatArray | float) -> FloatArray:
+        """Return by what a run most probably differs (d,), beside a change of it (d,)."""
+        own = told.tempered(self.share)
+        score = own.score - own.information @ np.broadcast_to(change, own.score.shape)
+        inner = np.eye(score.size) + self.width[:, None] * own.information * self.width
+        return np.asarray(self.width * np.linalg.solve(inner, self.width * score))
+
 
 def ordinary_of(
     told: Sequence[Told], directions: Sequence[Coordinate], stated: FloatArray

@@ -17,8 +17,7 @@ from pipeline.records.reference import Prediction, ReferenceRecord, Width
 LEARNED = SimpleNamespace(
     used=False,
     why="the vehicle file predicts it no worse.",
-    response=SimpleNamespace(period_s=0.2),
-    trusted=0.5,
+    best=SimpleNamespace(response=SimpleNamespace(period_s=0.2), trusted=0.5),
     force={"u": {"surge": 0.05}},
     widths=(
         Width(name="thrust_deduction:t", unit="1", stated=0.1, learned=0.15),
