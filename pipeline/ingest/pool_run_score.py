@@ -35,10 +35,14 @@ class Sums:
             motion, causes = motion - motion.mean(axis=0), causes - causes.mean(axis=0)
         return cls(motion.T @ motion, motion.T @ causes, causes.T @ causes)
 
+    def power(self, arms: FloatArray) -> FloatArray:
+        """Return the sum of squares of what causes do by these arms (3,)."""
+        return np.asarray(np.einsum("ki,kl,li->i", arms, self.causes, arms))
+
     def gained(self, matrices: FloatArray, arms: FloatArray) -> FloatArray:
         """Return what causes with these arms (k, 3) explain of the motion by each matrix (c, 3)."""
         along = np.einsum("cij,jk,ki->ci", matrices, self.along, arms)
-        power = np.einsum("ki,kl,li->i", arms, self.causes, arms)
+        power = self.power(arms)
         known = power > max(1e-4 * float(power.max()), _NONE)
         return np.asarray(
             np.where(known, np.maximum(along, 0.0) ** 2 / np.where(known, power, 1.0), 0.0)

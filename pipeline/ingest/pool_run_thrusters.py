@@ -31,6 +31,9 @@ _LEAST_WITHOUT_ATTITUDE = 0.6
 #: whole run and in each half of it.
 _MOST_LEFT, _MOST_LEFT_OF_HALF = 0.75, 0.95
 _ALIKE, _MOST_ALIKE = 1.05, 3
+#: Moments as stated have this share of the power that they would have otherwise, at the least:
+#: where commands hardly ask for a moment, little of it is theirs.
+_LEAST_ASKED = 0.05
 #: Commands that are earlier or later leave this share of what is left; a drive lags by less. [s]
 _MOST_LEFT_LATE, _LAG_OF_DRIVES_S = 0.85, 0.6
 #: Axes in which rates may have been read.
@@ -116,8 +119,11 @@ def _meanings(found: _Turning, arms: FloatArray) -> Iterator[Meaning]:
     """Score the moments as they are stated, then with other arms, then rates in other axes."""
     every = np.ones(len(found.effort), np.bool_)
     sums = sums_of_parts(found.acceleration, found.effort, every)
+    stated = sums[0].power(arms)
     for how, changed in [("", arms), *rearranged(arms, found.names)]:
-        yield Meaning(left_of([(sums, changed)], np.eye(3)[None])[:, 0], how, how)
+        # thrusters that push alike turn a vehicle whose centre of mass is not in their line
+        told = np.where(stated > _LEAST_ASKED * sums[0].power(changed), changed, arms)
+        yield Meaning(left_of([(sums, told)], np.eye(3)[None])[:, 0], how, how)
     left = left_of([(sums, arms)], np.array(list(_OTHER_AXES.values())))
     yield from (Meaning(one, how, how) for how, one in zip(_OTHER_AXES, left.T, strict=True))
 
