@@ -24,7 +24,8 @@ from pipeline.diagnose.regression.offset import (
     without_offset,
 )
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of
-from pipeline.diagnose.regression.response import BENT, STIFF, Response, stays
+from pipeline.diagnose.regression.response import BENT, STIFF, Response
+from pipeline.diagnose.regression.signatures import stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError

@@ -10,18 +10,18 @@ tells how much healthy runs differ.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.diagnose.regression.signatures import FORCES, Rows, by_force, features, stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray, IntArray
 
-#: Periods of past force; coefficients of the filter.
-FORCES, FILTER = 5, 3
+#: Coefficients of the filter.
+FILTER = 3
 #: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
 #: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
 _RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
@@ -31,106 +31,11 @@ _GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
-#: The mean's answer to force is taken at what is usual along its axis: this share of that along
-#: any, at the least.
-_LEAST = 0.01
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
-
-
-def stays(now: FloatArray, _before: FloatArray, _run: GridRun, _rows: IntArray) -> FloatArray:
-    """Let velocities stay as they are."""
-    return now
-
-
-class _Rows:
-    """The regression of one run: features (k, f), next velocities (k, c), signatures.
-
-    `mean` (k, c) are the next velocities before anything was learned.
-    """
-
-    def __init__(self, run: GridRun, mean: Step) -> None:
-        self.run = run
-        velocity = run.velocity
-        self.rows = np.arange(2, len(velocity))
-        self.now, before = velocity[self.rows - 1], velocity[self.rows - 2]
-        self.next = velocity[self.rows]
-        self.features = _features(self.now, before, run, self.rows)
-        self.mean = mean(self.now, before, run, self.rows)
-
-        self._mean_step = mean
-
-    @cached_property
-    def by_wrench(self) -> FloatArray:
-        """Change of `mean` (k, 6, c) by a newton, or newton metre, as one of many (rms)."""
-        found = np.zeros((self.rows.size, 6, self.now.shape[1]))
-        usual = np.sqrt(np.mean(self.run.wrench**2, axis=0))
-        usual = np.maximum(usual, max(_LEAST * float(usual.max()), 1e-6))
-        for axis, more in enumerate(np.diag(usual)):
-            moved = self._moved(np.broadcast_to(more, self.run.wrench.shape))
-            found[:, axis] = moved / usual[axis]
-        return found
-
-    def _moved(self, wrench: FloatArray) -> FloatArray:
-        """Change of `mean` (k, c) by a wrench (m, 6) beside that which the thrusters have."""
-        if self._mean_step is stays:
-            return np.zeros_like(self.now)
-        run, rows = self.run, self.rows
-        other = replace(run, wrench=run.wrench + wrench)
-        before = run.velocity[rows - 2]
-        return np.asarray(self._mean_step(self.now, before, other, rows) - self.mean)
-
-    def signatures(self, force: FloatArray, gained: FloatArray) -> FloatArray:
-        """Change of the next velocities (k, d, c) by a unit of each direction.
-
-        Drag takes more of a large force than of a small one: a direction that was taken at a size
-        has the change that this makes. What a heavier vehicle resists is the acceleration by which
-        velocities are predicted to have `gained` (k, c) over a period: that which was measured
-        holds what is to be explained, and more noise than motion. It gains less than that, as the
-        change s is part of it:
-
-            s = (F - dM (gained + s) / T) B
-        """
-        run = self.run
-        rate = np.zeros((len(run.velocity), 6))
-        own = [CHANNELS.index(name) for name in run.channels]
-        rate[self.rows[:, None], own] = gained / run.period_s
-        more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
-        lagged = _lagged(more, self.rows).transpose(0, 2, 1, 3)
-        found = np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force)
-        by_mean = np.einsum("kda,kac->kdc", more[self.rows], self.by_wrench)
-        for k, size in run.taken.items():
-            by_mean[:, k] = self._moved(size * more[:, k]) / size
-        found += by_mean
-        by_force = force.reshape(-1, *self.by_wrench.shape[1:]).sum(axis=0) + self.by_wrench
-        for k, size in run.taken.items():
-            resisted = size * run.heavier[k][:, own].T / run.period_s @ by_force
-            found[:, k] = np.linalg.solve(
-                np.eye(len(own)) + resisted.transpose(0, 2, 1), found[:, k, :, None]
-            )[..., 0]
-        return np.asarray(found)
-
-
-def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-    """Return what is regressed on (k, f): the state, then the wrenches."""
-    first, second = np.triu_indices(now.shape[1], 1)
-    every = [np.ones((rows.size, 1)), now, before, np.abs(now) * now]
-    every += [now[:, first] * now[:, second], run.down[rows - 1]]
-    every.append(_lagged(run.wrench, rows).reshape(rows.size, -1))
-    return np.concatenate(every, axis=1)
-
-
-def _by_force(sets: Sequence[_Rows]) -> FloatArray:
-    """Mean change of the next velocities (6, c) by a newton, or newton metre, before learning."""
-    return np.asarray(np.mean([one.by_wrench.mean(axis=0) for one in sets], axis=0))
-
-
-def _lagged(values: FloatArray, rows: IntArray) -> FloatArray:
-    """Values of the last periods (k, FORCES, ...), the newest first."""
-    return np.stack([values[np.maximum(rows - back, 0)] for back in range(FORCES)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -178,14 +83,14 @@ class Response:
         self._bent, self._mean, self._stiff = bent, mean, stiff
         self.channels = runs[0].channels
         self.period_s = runs[0].period_s
-        self._sets = [_Rows(run, mean) for run in runs]
+        self._sets = [Rows(run, mean) for run in runs]
         self._states = self._sets[0].features.shape[1] - 6 * FORCES
         own = np.array([[a in _MOVED_BY[name] for name in self.channels] for a in range(6)])
         self._own_axes = np.tile(own, (FORCES, 1))
         self._force = np.zeros((6 * FORCES, len(self.channels)))
-        self._force[:6] = _by_force(self._sets)
-        as_file = self._sets if file is mean else [_Rows(run, file) for run in runs if file]
-        self._expected = None if file is None else _by_force(as_file)
+        self._force[:6] = by_force(self._sets)
+        as_file = self._sets if file is mean else [Rows(run, file) for run in runs if file]
+        self._expected = None if file is None else by_force(as_file)
         self._scale_features()
         scaled = [self._scaled(one) for one in self._sets]
         spread = np.concatenate([one.next - one.mean for one in self._sets]).var(axis=0)
@@ -203,7 +108,7 @@ class Response:
         size = np.sqrt(np.mean((every - self._middle) ** 2, axis=0))
         self._scale = np.where(size > 1e-9, 1.0 / np.maximum(size, 1e-9), 0.0)
 
-    def _scaled(self, one: _Rows) -> FloatArray:
+    def _scaled(self, one: Rows) -> FloatArray:
         return np.asarray((one.features - self._middle) * self._scale)
 
     def _ridge(self, channel: int) -> FloatArray:
@@ -305,9 +210,9 @@ class Response:
 
     def told(self, run: GridRun) -> Told:
         """Return what a run that took no part says of the directions."""
-        return self._told(_Rows(run, self._mean), self._of_all)
+        return self._told(Rows(run, self._mean), self._of_all)
 
-    def _told(self, one: _Rows, fit: _Fit) -> Told:
+    def _told(self, one: Rows, fit: _Fit) -> Told:
         """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
         x = self._scaled(one)
         remainder, signature = self._remainder(one, fit)
@@ -331,7 +236,7 @@ class Response:
         thrust = along.sum(axis=1) / max(int(moved.sum()), 1)
         return Told(information, score, thrust)
 
-    def _remainder(self, one: _Rows, fit: _Fit) -> tuple[FloatArray, FloatArray]:
+    def _remainder(self, one: Rows, fit: _Fit) -> tuple[FloatArray, FloatArray]:
         """Take the prediction off the next velocities (k, c), and give the signatures (k, d, c).
 
         Noise of a reading now stands in what is predicted from it, and in what that leaves: in slow
@@ -381,7 +286,7 @@ class Response:
         tuple of ndarray
             Rows of the grid (k,), remainders without and with the change (k, c).
         """
-        one = _Rows(run, self._mean)
+        one = Rows(run, self._mean)
         fit = self._of_all if left_out is None else self._left_out[left_out]
         left, signature = self._remainder(one, fit)
         return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
@@ -408,5 +313,5 @@ class Response:
         self, fit: _Fit, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
     ) -> FloatArray:
         now, before = velocity
-        scaled = (_features(now, before, run, rows) - self._middle) * self._scale
+        scaled = (features(now, before, run, rows) - self._middle) * self._scale
         return self._mean(now, before, run, rows) + scaled @ fit.slope
