@@ -128,7 +128,7 @@ def gains_figure(
         f"Bar: thrust given; line: 95 % interval. Dashed: {own}. Orange: the interval does not "
         "hold 1.",
         bars,
-        x_label=f"thrust, 1: {own}  [1]",
+        x_label=f"thrust, 1: {own}  [–]",
         x_range=reach,
         mark=1.0,
     )

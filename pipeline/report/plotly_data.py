@@ -9,15 +9,13 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from pipeline.language import ENGLISH, current, translate
-from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines, thinned
+from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, thinned
 from pipeline.report.plotting import SOFT, VERMILLION
 from pipeline.types import FloatArray
 
 Json = dict[str, Any]
 
 _PANEL_PX = 170
-#: Room for each line of a panel's label beyond the second.
-_LINE_PX = 20
 _SYMBOLS = {
     ".": "circle", "o": "circle", "x": "x-thin-open", "^": "triangle-up", "v": "triangle-down",
     "s": "square", "D": "diamond",
@@ -36,9 +34,9 @@ def plotly_figure(
     """
     whole = sum(panel.height for panel in panels)
     axis = x_axis or Axis()
-    left = 64 + _LINE_PX * max(label_lines(panels) - 2, 0)
     data: list[Json] = []
     shapes: list[Json] = []
+    ends: list[Json] = []
     x_axis_of: Json = {"title": {"text": text_of(x_label), "standoff": 8}}
     x_axis_of["anchor"] = f"y{len(panels)}" if len(panels) > 1 else "y"
     if axis.ends is not None:
@@ -49,10 +47,11 @@ def plotly_figure(
     # colours of axes, letters and paper stand in zoom.js
     layout = {
         "height": round(110 + _PANEL_PX * whole),
-        "margin": {"l": left, "r": 12, "t": 62, "b": 78 if axis.names else 48},
+        "margin": {"l": 64, "r": 12, "t": 62, "b": 78 if axis.names else 48},
         **({} if current() == ENGLISH else {"separators": ", "}),
         "xaxis": x_axis_of,
         "shapes": shapes,
+        "annotations": ends,
     }
     top, shown = 1.0, set[str]()
     for number, panel in enumerate(panels, start=1):
@@ -64,6 +63,7 @@ def plotly_figure(
         for trace in panel.traces:
             legend = bool(trace.name) and trace.name not in shown
             data += [*_band(trace, suffix), _trace(trace, suffix, buckets, legend=legend)]
+            ends += _end(trace, suffix)
             shown.add(trace.name)
         top -= share
     return {"data": data, "layout": layout}
@@ -80,6 +80,7 @@ def _y_axis(panel: Panel, domain: list[float]) -> Json:
         own["range"] = list(panel.y_range)
     return {
         "title": {"text": text_of(panel.label).replace("\n", "<br>"), "standoff": 6},
+        "automargin": True,
         "domain": domain,
         "zeroline": panel.band is not None and panel.middle == 0.0,
         **own,
@@ -119,6 +120,16 @@ def _band(trace: Trace, suffix: str) -> list[Json]:
     own["legendgroup"] = text_of(trace.name)
     low, high = ({**own, "y": packed(edge)} for edge in trace.band)
     return [low, {**high, "fill": "tonexty", "fillcolor": f"{trace.colour}38"}]
+
+
+def _end(trace: Trace, suffix: str) -> list[Json]:
+    """Write what stands at the right end of a curve."""
+    there = np.flatnonzero(np.isfinite(trace.values))
+    if not trace.end or not there.size:
+        return []
+    at = {"x": float(trace.x[there[-1]]), "y": float(trace.values[there[-1]])}
+    place = {**at, "yref": f"y{suffix}", "xanchor": "left", "showarrow": False}
+    return [{**place, "text": text_of(trace.end), "font": {"size": 11}}]
 
 
 def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> Json:

@@ -103,7 +103,7 @@ class View:
 
 def _interactive(views: Sequence[View], colour: FloatArray | None) -> Json:
     marker: Json = {"color": BLUE}
-    layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 12, "b": 48}}
+    layout: Json = {"height": 360, "margin": {"l": 64, "r": 12, "t": 30, "b": 48}}
     if colour is not None:
         bar = {"title": {"text": text_of("gap in speed  [m/s]"), "side": "right"}}
         layout["coloraxis"] = {"cmin": 0, "colorbar": bar}

@@ -55,6 +55,15 @@ const measure = async (view) => {
     landmarks: ["main", "header", "a.skip"].map((one) => page.querySelectorAll(one).length),
     scopes: [...page.querySelectorAll("table th:not([scope])")]
       .filter((one) => !one.closest(".zoomed")).length,
+    crossed: lives.flatMap((one) => {
+      const found = (what) => [...one.querySelectorAll(what)];
+      const boxes = (what) => found(what).map((own) => own.getBoundingClientRect());
+      const met = (a, b) =>
+        a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom && b.top < a.bottom;
+      const ticks = boxes(".ytick text");
+      const titles = boxes('[class*="ytitle"]');
+      return titles.filter((a) => ticks.some((b) => met(a, b))).map(() => one.parentElement.id);
+    }),
     twice: ids.filter((one, at) => ids.indexOf(one) !== at && !/^(clip|legend|g[0-9])/.test(one)),
   };
 };
@@ -141,6 +150,7 @@ def test_page_fits_the_screen(measured: tuple[dict[str, Any], str], kind: str, w
     assert found["unnamed"] == 0
     assert found["flat"] == 0
     assert found["still"] == []
+    assert found["crossed"] == [], "a label of an axis over its numbers"
     assert (found["plots"], found["zoomed"]) == FIGURES[kind]
 
 

@@ -95,6 +95,18 @@ def test_curves_of_one_name_share_a_line_of_the_legend() -> None:
     assert lower[0] == 0.0 < lower[1] < upper[0] < upper[1] == 1.0
 
 
+def test_what_is_written_at_an_end_stands_in_both_drawings() -> None:
+    x, values = np.arange(4.0), np.array([1.0, 2.0, 3.0, np.nan])
+    figure = zoomable_figure(
+        "f", "", "", [Panel("u", ()), Panel("v", (Trace("", x, values, "#000", end="code 80"),))],
+        x_label="t",
+    )  # fmt: skip
+    assert ">code 80<" in str(figure.svg)
+    inside = str(figure.zoom).partition(">")[2].removesuffix("</script>")
+    (end,) = json.loads(inside)["layout"]["annotations"]
+    assert [end[key] for key in ("text", "x", "y", "yref")] == ["code 80", 2.0, 3.0, "y2"]
+
+
 @pytest.mark.parametrize("count", [1, 12, MOST_DRAWN])
 def test_a_page_of_many_long_figures_stays_below_3_mb(count: int) -> None:
     generator = np.random.default_rng(0)
