@@ -102,8 +102,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             orders=scores,
             order_reason=(
                 f"Powers up to x^{chosen[0]} and N^{chosen[1]}: the smallest error at codes left "
-                "out one at a time, or within 5 % of it with fewer terms. The leave-one-out column "
-                "is the error at the codes left out."
+                "out one at a time, or within 5 % of it with fewer terms."
             ),
         ),
         codes=_spread_by_code(bench, fit),

@@ -240,7 +240,9 @@ def note_block(problems: Sequence[Problem]) -> Block | None:
     """Fold away what was assumed; nothing where there is nothing."""
     notes = [problem for problem in problems if problem.severity == "note"]
     table = _problem_table("Notes", notes, len(notes))
-    return Details(f"{plural(len(notes), 'note')}: what was assumed", (table,)) if notes else None
+    return (
+        Details(f"{plural(len(table.rows), 'note')}: what was assumed", (table,)) if notes else None
+    )
 
 
 def _problem_table(caption: str, problems: Sequence[Problem], shown: int) -> Table:

@@ -99,15 +99,12 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
         below.append(left)
     spread = max(fit.quality.residual_std for _, _, fit, _ in sides)
     points = sum(fit.quality.points for _, _, fit, _ in sides)
-    dead = (
-        f"{code(round(abs(float(polynomial(s * THRUST_FROM_N, np.asarray(fit.coefficients))))))} "
-        f"for {name}"
-        for name, s, fit, _ in sides
-    )
+    least = [(s * THRUST_FROM_N, np.asarray(fit.coefficients)) for _, s, fit, _ in sides]
+    asked = (f"{fixed(n, 1)} N takes code {code(round(float(polynomial(n, k))))}" for n, k in least)
     return zoomable_figure(
         "fig-inverse-rest",
         f"The cubics follow {plural(points, 'mooring point')} with a residual of "
-        f"{fixed(spread, 2)} codes; the dead zone ends at about code {' and '.join(dead)} thrust.",
+        f"{fixed(spread, 2)} codes; {' and '.join(asked)}.",
         "Inverse mooring characteristic (fig. 9 of Kostenko 2023). Below: measured less fitted "
         "code.",
         (

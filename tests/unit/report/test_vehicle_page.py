@@ -9,13 +9,14 @@ from pathlib import Path
 import pytest
 import synthetic_records
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, Problem
 from pipeline.records.base import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.bench_results import vehicle_glance
-from pipeline.report.blocks import Figure
+from pipeline.report.blocks import Details, Figure
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
+from pipeline.report.sections.inputs import note_block
 from pipeline.report.sections.propeller import working_points_section
 from pipeline.report.vehicle_page import firmware_section, vehicle_page
 
@@ -424,3 +425,11 @@ def test_changes_of_the_vehicle_file_are_listed_with_digests(results: VehicleRes
     ):
         assert part in text
     assert 'id="changes"' not in vehicle_page(results)
+
+
+def test_as_many_notes_are_counted_as_the_table_has_rows() -> None:
+    places = [(f"{name}.xlsx", "warm-up") for name in "ab"]
+    found = note_block([Problem("note", Place(file), what) for file, what in (*places, places[0])])
+    assert isinstance(found, Details)
+    assert found.summary == "1 note: what was assumed"
+    assert note_block([Problem("warning", Place("a.xlsx"), "odd")]) is None
