@@ -157,7 +157,7 @@ def _signed_thrust(
     if not wrong.any():
         # a tare that is a good part of the thrust may be the full thrust of the other direction
         before = thrust_n[counts] + tare_n
-        if one_sided and abs(tare_n) > _MOST_TARE * largest and before.min() < 0.0 < before.max():
+        if one_sided and abs(tare_n) > _MOST_TARE * largest and {-1.0, 1.0} <= set(np.sign(before)):
             say(_both_signs(table, before, codes))
             return None
         return _SignedThrust(thrust_n, same)

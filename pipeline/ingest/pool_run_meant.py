@@ -73,10 +73,10 @@ def meant_otherwise(
 
     The first of `readings` is the velocity as it was read.
     """
-    rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
     rows = rows & (np.linalg.norm(readings[0].velocity, axis=1) > _UNDER_WAY_MPS)
     if rows.sum() < _FEWEST_ROWS:
         return ""
+    rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
     if {"position", "attitude"} <= set(table.values):
         way = into_body(_rate(table.values["position"], rate_hz), table.values["attitude"])
         by_place = list(
