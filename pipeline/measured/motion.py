@@ -26,7 +26,8 @@ class MeasuredMotion:
     `state` (m, 13): position NED [m], quaternion body to NED, velocity over ground and rates in
     body axes; `nu_dot` (m, 6) their rates of change. `measured` (6,) tells of each velocity whether
     the run shows it; one that it does not show stands at zero. `placed` tells whether the position
-    was measured, `follows` whether the linear velocity follows accelerations.
+    was measured, `follows` whether the linear velocity follows accelerations. `sunk_m` (m,) is how
+    deep the origin is, where heave follows from that.
     """
 
     time_s: FloatArray
@@ -35,6 +36,12 @@ class MeasuredMotion:
     measured: BoolArray
     placed: bool
     follows: bool = False
+    sunk_m: FloatArray | None = None
+
+    @property
+    def upright(self) -> FloatArray:
+        """Share (m,) of heave that is vertical."""
+        return _upright(Rotation.from_quat(self.state[:, [4, 5, 6, 3]]))
 
     @property
     def nu(self) -> FloatArray:
@@ -75,6 +82,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
     omega = state[:, 10:13]
     known, follows = np.array([False, False, False, True, True, True]), False
+    down = None
     velocity, depth = channel_of(run, "velocity"), channel_of(run, "depth")
     if velocity is not None:
         place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
@@ -90,9 +98,8 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         down = depth[:, 0] - turn.apply(place)[:, 2]
         window = 2 * _window(run, "depth") + 1
         _, sinking = _smoothed(down[:, None], window, period)
-        # heave of a vehicle whose surge and sway are not known, level enough for that
-        upright = np.maximum(turn.as_matrix()[:, 2, 2], 0.5)
-        heave = sinking[:, 0] / upright
+        # heave of a vehicle whose surge and sway are not known
+        heave = sinking[:, 0] / _upright(turn)
         state[:, 9:10], nu_dot[:, 2:3] = _smoothed(heave[:, None], window, period)
         known[2] = True
     position = channel_of(run, "position")
@@ -100,7 +107,12 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         state[:, :3] = position
     if depth is not None:
         state[:, 2] = depth[:, 0]
-    return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None, follows)
+    return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None, follows, down)
+
+
+def _upright(turn: Rotation) -> FloatArray:
+    """Share (m,) of heave that is vertical, of a vehicle that is level enough for heave."""
+    return np.asarray(np.maximum(turn.as_matrix()[:, 2, 2], 0.5))
 
 
 def _along_accelerations(

@@ -71,7 +71,8 @@ def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
     """Return the spacings that a grid may have: shares of a second, no nearer than readings [s]."""
     slowest = PERIODS_S[0]
     for run in runs:
-        for quantity in ("velocity", "angular_velocity"):
+        linear = "velocity" if "velocity" in run.values else "depth"
+        for quantity in (linear, "angular_velocity"):
             marks = run.reading.get(quantity)
             if marks is not None and marks.sum() > 2:
                 slowest = max(slowest, float(np.median(np.diff(run.time_s[marks]))))
@@ -113,9 +114,10 @@ def _gridded(
     for quantity, own in (("velocity", CHANNELS[:3]), ("angular_velocity", CHANNELS[3:])):
         values = channel_of(run, quantity)
         if values is None:
-            if quantity == "velocity" and motion.measured[2]:  # heave, by the depth
+            if quantity == "velocity" and motion.sunk_m is not None:  # heave, by the depth
                 names.append("w")
-                columns.append(motion.nu[rows, 2:3])
+                sinking = _sinking(motion.sunk_m, rows, row_s, period_s)
+                columns.append((sinking / motion.upright[rows])[:, None])
             continue
         if quantity == "velocity":  # of the body's origin
             values -= claimed.of_turning
@@ -248,6 +250,13 @@ def _about(  # noqa: PLR0917 - one caller
     last = np.minimum(rows + half, len(values))
     first = np.maximum(rows - half, 0)
     return np.asarray((total[last] - total[first]) / (last - first)[:, None])
+
+
+def _sinking(sunk_m: FloatArray, rows: IntArray, row_s: float, period_s: float) -> FloatArray:
+    """Mean rate (m,) at which a depth grows in the period around each row of the grid."""
+    half = max(round(period_s / row_s / 2.0), 1)
+    last, first = np.minimum(rows + half, len(sunk_m) - 1), np.maximum(rows - half, 0)
+    return np.asarray((sunk_m[last] - sunk_m[first]) / ((last - first) * row_s))
 
 
 def _attitude(
