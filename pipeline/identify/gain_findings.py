@@ -26,7 +26,8 @@ from pipeline.records.gains import FindingKind, GainFinding
 from pipeline.types import BoolArray
 
 #: A thruster is dead whose interval holds 0 and which surely gives less than this share, either
-#: way, of what sound runs gave, or the file says.
+#: way, of what sound runs gave, or may have, or the file says, and of that what the others of the
+#: run may give.
 _DEAD = 0.5
 
 
@@ -106,12 +107,13 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
                 usual[k], scatter[k] = known.mean, float(np.hypot(own, known.between_runs))
         other = mine.name
     # what all others share is no thruster's: the scale of a run, or of an axis' mass
-    others = [k for k in np.flatnonzero(judged) if k != i]
+    others, alive = [k for k in np.flatnonzero(judged) if k != i], 1.0
     expected, doubt = float(usual[i]), float(scatter[i])
     if others:
         ratios, widths = value[others] / usual[others], std[others] / usual[others]
         apart = asked.doubt.thruster if mine is None else doubt / expected
         common = pool(ratios.tolist(), widths.tolist(), apart)
+        alive = float(np.clip(common.ci95[1], 0.0, 1.0))
         middle = float(np.median(ratios))
         if middle > 0.2:
             expected *= middle
@@ -126,7 +128,8 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     more = tail(expected - float(value[i]), spread, degrees)
     kind: FindingKind = "reversed" if high < 0.0 else "weak"
     # dead is no difference from what is expected, which may be vague, but next to nothing for sure
-    limit = _DEAD * min(float(usual[i]), 1.0)
+    gave = float(usual[i]) if mine is None or mine.ci95[0] > 0.0 else max(mine.ci95[1], 0.0)
+    limit = _DEAD * alive * min(gave, 1.0)
     nothing = tail(abs(float(value[i])) - limit, float(std[i]), degrees)
     if not low <= 0.0 <= high:
         nothing = 1.0

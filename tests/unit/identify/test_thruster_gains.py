@@ -9,11 +9,20 @@ from bundled_models import bundled, mmt300_bench
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
-from pipeline.identify.gain_estimates import log_evidence, pool
+from pipeline.identify.gain_estimates import (
+    Doubt,
+    Estimates,
+    GainSet,
+    RunGains,
+    log_evidence,
+    pool,
+)
+from pipeline.identify.gain_findings import findings_of
 from pipeline.identify.gain_tests import adjusted, other_layouts
 from pipeline.identify.heading_check import heading_check
 from pipeline.identify.run_motion import run_motion
 from pipeline.identify.thruster_gains import gains_of
+from pipeline.identify.thruster_regression import RunLikelihood
 from pipeline.records.gains import ThrusterGain, ThrusterGains
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import levers
@@ -117,6 +126,30 @@ def test_a_thruster_that_is_commanded_and_does_nothing_is_dead(
     table = replace(healthy, values=healthy.values | {"command": still})
     found = {one.kind: one.thrusters for one in asked(vehicle, packed, table).findings}
     assert found.get("dead") == (WEAK,)
+
+
+def test_no_thruster_is_dead_where_none_of_the_run_is_seen_to_push() -> None:
+    """Nor one of which sound runs do not show either that it gives anything."""
+    names, levers_of = ("left", "right"), np.zeros((6, 2))
+    levers_of[0] = 1.0
+
+    def run(name: str, *gains: tuple[float, float]) -> RunGains:
+        value, std = np.array(gains).T
+        likelihood = RunLikelihood(name, (), 0.0, np.ones(2), np.ones(2, bool), {})
+        return RunGains(likelihood, {}, Estimates(value, std, np.full(2, 30.0)), None)
+
+    def kinds(asked: RunGains, *sound: RunGains) -> set[str]:
+        both = (
+            GainSet(names, levers_of, Doubt(0.1, 0.05), runs) for runs in ((asked,), tuple(sound))
+        )
+        return {one.kind for one in findings_of(*both)}
+
+    nothing, sure = (0.05, 0.05), (1.0, 0.1)
+    known = [run(f"sound-{k}", sure, sure) for k in range(3)]
+    assert "dead" in kinds(run("one", nothing, sure), *known)
+    assert "dead" not in kinds(run("both", nothing, nothing), *known)
+    unseen = [run(f"sound-{k}", (0.02, 0.05), sure) for k in range(3)]
+    assert "dead" not in kinds(run("one", nothing, sure), *unseen)
 
 
 def test_exchanged_commands_are_a_swapped_pair(
