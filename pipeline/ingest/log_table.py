@@ -1,7 +1,7 @@
 """Tables in time: a run as ``*.csv`` (``.tsv``, ``.txt``) or ``*.parquet``, a row a reading.
 
 The first line names the columns, with their units in brackets or at the end of the name. One has
-the time: seconds (or ``ms``, ``us``, ``ns``) since the start or since 1970, or dates of ISO 8601.
+the time: seconds (or another unit) since the start or since 1970, or dates of ISO 8601.
 """
 
 import re
@@ -15,19 +15,29 @@ import numpy.typing as npt
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
+from pipeline.ingest.log_times import counted_on
+from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
 from pipeline.types import IntArray
 
 TOPIC = "table"
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _TIME = re.compile(
-    r"(?i)(log_?|rec_?|unix_?|epoch_?)?(time|timestamp|stamp|t)(_?utc)?(_(?P<unit>s|ms|us|ns))?"
+    r"((log|rec|unix|epoch|elapsed|gps|run|время)[_ ]?)?(time|timestamp|stamp|t|elapsed|время)"
+    r"([_ ]?(utc|boot|elapsed))?(_?(?P<unit>ns|us|ms|s|sec|min|h))?"
 )
 #: Numbers without a unit that are times since 1970 are at least this many of it.
 _SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11), ("s", 1e8))
 #: What one may be worth otherwise [ns], days as spreadsheets count them among them; the usual step
 #: between rows [s], and by how many powers of ten nearer to it another unit than seconds must be.
-_WORTH_NS = {**CLOCK_UNITS_NS, "days": 86_400_000_000_000}
+_WORTH_NS = {
+    **CLOCK_UNITS_NS,
+    "min": 60 * 10**9,
+    "h": 3600 * 10**9,
+    "days": 86_400 * 10**9,
+}
+#: Rows of which more go back in time are sorted; fewer are a clock that was set.
+_MOST_BACK = 0.1
 _USUAL_STEP_S, _NEARER = 0.05, 1.0
 _SPELLINGS = {
     "µs": "us",
@@ -53,7 +63,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     if under:
         frame = frame.iloc[1:]
         heads = [(name, unit or own) for (name, unit), own in zip(heads, under, strict=True)]
-    index = next((i for i, (name, _) in enumerate(heads) if _TIME.fullmatch(name)), None)
+    index = _time_column(heads)
     if index is None:
         named = ", ".join(name for name, _ in heads[:12])
         raise InputError.at(
@@ -62,14 +72,18 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             expected='a column "time" or "t", its unit in brackets: time [s].',
             remedy="Name it, or move the file out of pool/ if it is no run.",
         )
-    time_ns, sound, said = _times(frame.iloc[:, index], *heads[index], place)
+    time_ns, rows, said = _times(frame.iloc[:, index], *heads[index], place)
+    if (np.diff(time_ns) < 0).mean() > _MOST_BACK:
+        order = np.argsort(time_ns, kind="stable")
+        time_ns, rows = time_ns[order], rows[order]
+        said.append(place.warning("the rows are not in the order of time: they were sorted."))
     columns: dict[str, npt.NDArray[Any]] = {}
     units: dict[str, str] = {}
     for number, (name, unit) in enumerate(heads):
         values = _numbers(frame.iloc[:, number]).to_numpy()
         if number != index and values.dtype.kind in "iufb":
             field = _field(name)
-            columns.setdefault(field, values[sound].astype(float))
+            columns.setdefault(field, values[rows].astype(float))
             units.setdefault(field, unit)
     size = path.stat().st_size
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
@@ -83,9 +97,40 @@ def first_time_ns(path: Path) -> int:
     try:
         frame = _frame(path, Place(path.name), rows=3)
         heads = [_split(str(name)) for name in frame.columns]
-        index = next(i for i, (name, _) in enumerate(heads) if _TIME.fullmatch(name))
+        index = _time_column(heads)
+        if index is None:
+            return 0
         return int(_times(frame.iloc[:, index], *heads[index], Place(path.name))[0][0])
-    except (InputError, OSError, StopIteration, IndexError, ValueError):
+    except (InputError, OSError, IndexError, ValueError):
+        return 0
+
+
+def _time_column(heads: Sequence[tuple[str, str]]) -> int | None:
+    """Return the column that has the time: one with a unit of time, else one that is called so.
+
+    >>> _time_column([("t", "degC"), ("t", ""), ("time", "")]), _time_column([("time", "K")])
+    (2, None)
+    """
+    named = []
+    for index, (name, unit) in enumerate(heads):
+        match = _TIME.fullmatch(name)
+        if match is not None and (not unit or _worth_ns(unit) or not quantities_of(unit)):
+            has_unit = bool(unit or match["unit"])
+            named.append((not has_unit, name == "t", index))
+    return min(named)[2] if named else None
+
+
+def _worth_ns(unit: str) -> int:
+    """Return what one of a unit of time is worth [ns], 0 where it is none.
+
+    >>> _worth_ns("min"), _worth_ns("msec"), _worth_ns("degC")
+    (60000000000, 1000000, 0)
+    """
+    if unit in _WORTH_NS:
+        return _WORTH_NS[unit]
+    try:
+        return round(1e9 * factor(unit, "time"))
+    except UnitTextError:
         return 0
 
 
@@ -94,7 +139,11 @@ def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: A
 
     try:
         if path.suffix.lower() == ".parquet":
-            return pd.read_parquet(path)
+            frame = pd.read_parquet(path)
+            if isinstance(frame.index, pd.RangeIndex):
+                return frame
+            frame.index.name = frame.index.name or "time"
+            return frame.reset_index()
         with path.open("rb") as file:
             head = file.read(_BYTES_OF_HEAD).decode("utf-8-sig", errors="replace").splitlines()
         first = next((line for line in head if line.strip()), "")
@@ -144,7 +193,7 @@ def _split(head: str) -> tuple[str, str]:
 
 def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
     """Return the units of a row of units under the names, nothing where the first row is none."""
-    cells = [] if frame.empty else [one.strip(" []()") for one in frame.iloc[0].astype(str)]
+    cells = [] if frame.empty else [str(one).strip(" []()") for one in frame.iloc[0]]
     units = ["" if one in _NO_UNIT else _SPELLINGS.get(one, one) for one in cells]
     known = {unit for every in UNITS.values() for unit in every} | set(CLOCK_UNITS_NS)
     known -= {"1"}  # a reading
@@ -162,10 +211,12 @@ def _times(
     name: str,
     unit: str,
     place: Place,
-) -> tuple[IntArray, npt.NDArray[np.bool_], list[Problem]]:
+) -> tuple[IntArray, IntArray, list[Problem]]:
     """Return the times [ns] of the rows that have one, which these are, and what was assumed."""
     import pandas as pd
 
+    if column.dtype.kind == "m":
+        column, unit = column.dt.total_seconds(), "s"
     column = _numbers(column)
     if column.dtype.kind not in "iuf":
         dates = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
@@ -177,28 +228,39 @@ def _times(
                 remedy="Write them as seconds, or as 2026-05-04T10:00:00.25Z.",
             )
         at = dates[sound].dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
-        return at.astype(np.int64), sound, []
-    values = column.to_numpy()
-    sound = np.isfinite(values)
+        return at.astype(np.int64), np.flatnonzero(sound), []
+    rows = np.flatnonzero(np.isfinite(column.to_numpy()))
+    values = column.to_numpy()[rows]
     match = _TIME.fullmatch(name)
     stated = unit or (match["unit"] if match is not None else None) or ""
     said: list[Problem] = []
-    if stated not in CLOCK_UNITS_NS:
-        stated = _unit_by_numbers(values[sound].astype(float))
-        if stated != "s" and not _since_1970(values[sound]):
-            step = float(np.median(np.diff(values[sound].astype(float))))
+    if not stated:
+        stated = _unit_by_numbers(values.astype(float))
+        if stated != "s" and not _since_1970(values):
+            step = float(np.median(np.diff(values.astype(float))))
             what = (
                 f'the times in column "{name}" have no unit: a step of {step:.3g} is taken for '
                 f"{stated}, as rows in seconds would be {step:.3g} s apart."
             )
             remedy = "State the unit in the head of the column: time [s]."
             said.append(place.warning(what, remedy=remedy))
-    factor = _WORTH_NS[stated]
-    if values.dtype.kind in "iu":
-        return values[sound].astype(np.int64) * factor, sound, said
-    whole = np.floor(values[sound])
-    rest = np.rint((values[sound] - whole) * factor).astype(np.int64)
-    return whole.astype(np.int64) * factor + rest, sound, said
+    worth = _worth_ns(stated)
+    if not worth:
+        raise InputError.at(
+            place,
+            f'"{stated}" of column "{name}" is no unit of time.',
+            expected="s, ms, us, ns, min or h.",
+            remedy="Correct the head of the column: time [s].",
+        )
+    whole = values.astype(np.int64) if values.dtype.kind in "iu" else np.floor(values)
+    time_ns = whole.astype(np.int64) * worth
+    if values.dtype.kind == "f":
+        time_ns += np.rint((values - whole) * worth).astype(np.int64)
+    counted, how = counted_on(time_ns, worth)
+    if how:
+        what = f'the times in column "{name}" begin anew {how}: they were counted on.'
+        said.append(place.warning(what))
+    return counted, rows, said
 
 
 def _since_1970(values: npt.NDArray[Any]) -> str:
@@ -238,11 +300,13 @@ def _usual(units: Mapping[str, str], facts: LogFacts) -> list[PoolChannel]:
                 break
     for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
         begin = "|".join(begins)  # the longer ones stand first
-        columns = {
-            match[2]: (field, begins[match[1]])
-            for field in units
-            if (match := re.fullmatch(rf"({begin})_(.+)", field)) is not None
-        }
+        columns: dict[str, tuple[str, str]] = {}
+        for match in filter(None, (re.fullmatch(rf"({begin})_(.+)", field) for field in units)):
+            first, _ = columns.setdefault(match[2], (match[0], begins[match[1]]))
+            if first != match[0]:
+                both = f'columns "{first}" and "{match[0]}"'
+                what = f"{both} may both be {quantity}: the first is taken."
+                facts.problems.append(facts.place.warning(what, remedy="Rename the other."))
         for thruster, (field, unit) in columns.items():
             own = {**units, field: units[field] or unit}
             found += _channel(quantity, [field], own, facts, thrusters=(thruster,))

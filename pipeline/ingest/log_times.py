@@ -23,6 +23,11 @@ _UNITS = {1e3: "microseconds", 1e6: "milliseconds", 1e9: "seconds"}
 #: Messages of one topic in a second that no recorder writes.
 _MOST_HZ = 2e4
 _FEW = 10
+#: Where counters begin anew: ticks of the counter, or a time [ns].
+_TICKS = {2**16: "after 2^16", 2**32: "after 2^32"}
+_TICK_NAMES = {10**6: "ms", 10**3: "us"}
+_DAY_NS = 86_400 * 10**9
+_TIMES_NS = {_DAY_NS: "at midnight", 7 * _DAY_NS: "with the week"}
 
 
 def mend_log_times(
@@ -35,13 +40,61 @@ def mend_log_times(
     every = [one.log_time_ns for one in data.values() if one.log_time_ns.size]
     if not every:
         return dict(data), []
+    data, said = _with_stamps_counted_on(data, place)
     times = np.concatenate(every).astype(float)
-    if times.size >= _FEW and times.min() == times.max():
-        return _by_stamps(data, place)
     factor = _factor(data, float(np.median(times)))
-    if factor != 1.0:
-        return _in_nanoseconds(data, factor, place)
-    return _until_the_clock_was_set(data, times, place)
+    if times.size >= _FEW and times.min() == times.max():
+        mended, told = _by_stamps(data, place)
+    elif factor != 1.0:
+        mended, told = _in_nanoseconds(data, factor, place)
+    else:
+        mended, told = _until_the_clock_was_set(data, times, place)
+    return mended, [*said, *told]
+
+
+def _with_stamps_counted_on(
+    data: Mapping[str, TopicData], place: Place
+) -> tuple[dict[str, TopicData], list[Problem]]:
+    """Count on the stamps of boards whose counters of milli- or microseconds begin anew."""
+    mended, said = dict(data), []
+    for topic, one in data.items():
+        stamps = _stamps(one)
+        there = np.flatnonzero(stamps != NO_STAMP)
+        for tick_ns in (10**6, 10**3):
+            counted, how = counted_on(stamps[there], tick_ns)
+            if how:
+                stamps[there] = counted
+                mended[topic] = replace(one, stamp_ns=stamps)
+                said.append(f"{topic} {how} {_TICK_NAMES[tick_ns]}")
+                break
+    if not said:
+        return mended, []
+    what = f"stamps begin anew ({', '.join(said)}): they were counted on."
+    return mended, [place.note(what)]
+
+
+def counted_on(time_ns: IntArray, tick_ns: int) -> tuple[IntArray, str]:
+    """Return the times of a counter that begins anew, counted on, and where it begins anew.
+
+    A counter of 16 or 32 bits of `tick_ns` each, or one of the day or the week: it falls by all
+    that it counts but for about a step. Other falls are left.
+
+    >>> counted_on(np.array([65534, 65535, 0, 1]) * 1000000, 1000000)[0].tolist()[2:]
+    [65536000000, 65537000000]
+    """
+    step = np.diff(time_ns)
+    falls = np.flatnonzero(step < 0)
+    usual = np.abs(step[step > 0])
+    if not falls.size or not usual.size:
+        return time_ns, ""
+    most = max(3 * int(np.quantile(usual, 0.99)), tick_ns)
+    for whole, how in {**{n * tick_ns: said for n, said in _TICKS.items()}, **_TIMES_NS}.items():
+        again = step[falls] + whole
+        if ((again >= 0) & (again <= most)).all():
+            on = np.zeros(time_ns.size, np.int64)
+            on[falls + 1] = whole
+            return time_ns + np.cumsum(on), how
+    return time_ns, ""
 
 
 def _stamps(one: TopicData) -> IntArray:

@@ -1,12 +1,15 @@
 """Which time a reading gets."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pool_logs import SECOND_NS, START_NS, ticks
+from pool_logs import SECOND_NS, START_NS, imu_topic, rov, ticks, write_log
 
 from pipeline.ingest.message_fields import NO_STAMP
+from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_clocks import choose_time, share_clocks
 from pipeline.types import IntArray
 
@@ -141,3 +144,15 @@ def test_short_channels_do_not_break_it(count: int) -> None:
     assert timing.time_ns.size == count
     far = choose_time(logged(stamps), stamps - 500 * SECOND_NS, "field")
     assert far.time_ns.size == count
+
+
+def test_stamps_of_a_counter_that_begins_anew_are_counted_on(tmp_path: Path) -> None:
+    times = ticks(400, 20.0)
+    board = [(2**32 - 5_000 + 50 * k) % 2**32 * 10**6 for k in range(400)]
+    rates = np.stack([np.sin(0.1 * np.arange(400))] * 3, axis=1)
+    path = write_log(tmp_path / "run.mcap", [imu_topic(times, rates, stamps_ns=board)])
+    run = read_pool_run(path, rov(), tmp_path)
+    assert run.channels["angular_velocity"].clock.segments == 1
+    assert not run.channels["angular_velocity"].marks.keys() & {"reset", "clock_jump"}
+    said = [one for one in run.problems if "begin anew (/imu/data after 2^32 ms)" in one.what]
+    assert [one.severity for one in said] == ["note"]

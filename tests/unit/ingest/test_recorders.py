@@ -143,6 +143,14 @@ def test_a_table_without_a_time_is_no_run(tmp_path: Path) -> None:
         ("t", ["0.0", "0.5"], 0.5),
         ("time_ms", ["1700000000000", "1700000000250"], 0.25),
         ("timestamp [us]", ["10", "500010"], 0.5),
+        ("Time (minutes)", ["0", "0.5"], 30.0),
+        ("t [h]", ["0.1", "0.2"], 360.0),
+        ("time [msec]", ["0", "250"], 0.25),
+        ("elapsed time [sec]", ["0", "0.25"], 0.25),
+        ("TimeUS", ["20000000", "20250000"], 0.25),
+        ("time_boot_ms", ["2000", "2250"], 0.25),
+        ("T [degC];time [s]", ["18.5;0", "18.6;0.25"], 0.25),
+        ("t;time", ["18.5;0", "18.6;0.25"], 0.25),
         ("time", ["2026-05-04T10:00:00.250Z", "2026-05-04T10:00:01Z"], 0.75),
     ],
 )
@@ -152,6 +160,74 @@ def test_times_of_tables(tmp_path: Path, head: str, values: list[str], seconds: 
     found = read(path)
     assert found.duration_s == pytest.approx(seconds)
     assert found.channels["depth"].values[:, 0].tolist() == [1.5, 1.75]
+
+
+def test_a_time_in_a_unit_that_is_not_known_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("time [fortnights],depth [m]\n0,1\n1,2\n")
+    with pytest.raises(InputError, match='"fortnights" of column "time" is no unit of time'):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "whole", "step"),
+    [("time_ms", 2**32, 100), ("time_us", 2**32, 100_000), ("time_ms", 2**16, 100),
+     ("time [s]", 86_400, 1), ("time [s]", 604_800, 1)],
+)  # fmt: skip
+def test_a_counter_that_begins_anew_is_counted_on(
+    tmp_path: Path, head: str, whole: int, step: int
+) -> None:
+    path = tmp_path / "run.csv"
+    times = [(whole - 7 * step + step * k) % whole for k in range(20)]
+    path.write_text(f"{head},depth [m]\n" + "".join(f"{t},{t % 7}\n" for t in times))
+    found = read(path)
+    assert np.ptp(np.diff(found.channels["depth"].time_ns)) == 0
+    assert any("were counted on" in one.what for one in found.problems)
+
+
+def test_a_clock_that_was_set_back_is_no_counter(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    times = [*range(50, 100), *range(30, 80)]
+    path.write_text("time [s],depth [m]\n" + "".join(f"{t},{t % 7}\n" for t in times))
+    said = " ".join(one.what for one in read(path).problems)
+    assert "the times of the log go back by 69.000 s" in said
+
+
+def test_rows_in_no_order_are_sorted(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    times = np.random.default_rng(1).permutation(40)
+    path.write_text("time [s],depth [m]\n" + "".join(f"{t},{1 + 0.1 * t}\n" for t in times))
+    found = read(path)
+    np.testing.assert_allclose(found.channels["depth"].values[:, 0], 1.0 + 0.1 * np.arange(40))
+    assert any("they were sorted" in one.what for one in found.problems)
+
+
+def test_a_title_over_a_table_is_refused_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("Run 3;;\ntime [s];depth [m]\n0;1\n1;2\n")
+    with pytest.raises(InputError, match="no column of the table has the time"):
+        read(path)
+
+
+def test_two_columns_of_commands_of_one_thruster_are_told(tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "run.csv", run())
+    rows = path.read_text().splitlines()
+    path.write_text("\n".join([f"{rows[0]},cmd_port", *(f"{row},0" for row in rows[1:])]))
+    found = read(path)
+    assert np.ptp(found.channels["thruster_command.port"].values) > 0.0
+    assert any('"pwm_port" and "cmd_port" may both' in one.what for one in found.problems)
+
+
+@pytest.mark.parametrize("how", ["numbers", "dates", "durations"])
+def test_times_in_the_index_of_a_parquet_file(tmp_path: Path, how: str) -> None:
+    pytest.importorskip("pyarrow")
+    pd = pytest.importorskip("pandas")
+    seconds = np.arange(20) * 0.5
+    index = {"numbers": pd.Index(seconds, name="time"), "dates": pd.to_datetime(seconds, unit="s"),
+             "durations": pd.to_timedelta(seconds, unit="s")}[how]  # fmt: skip
+    frame = pd.DataFrame({"depth [m]": 1.0 + 0.1 * seconds}, index=index)
+    frame.to_parquet(tmp_path / "run.parquet")
+    assert read(tmp_path / "run.parquet").duration_s == pytest.approx(9.5)
 
 
 def test_measured_thrust_and_cable_tension_are_quantities(tmp_path: Path) -> None:
