@@ -44,16 +44,16 @@ def _no_stderr() -> Iterator[None]:
         os.close(kept)
 
 
-def _tables_of_bin(path: Path, _facts: LogFacts) -> dict[str, TopicTable]:
+def _tables_of_bin(path: Path, facts: LogFacts) -> dict[str, TopicTable]:
     from pymavlink import DFReader
 
     with _no_stderr():
         reader = DFReader.DFReader_binary(str(path))
     with closing(reader):
-        return _tables_of(reader)
+        return _tables_of(reader, facts)
 
 
-def _tables_of(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavlink
+def _tables_of(reader: Any, facts: LogFacts) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavlink
     data = np.frombuffer(reader.data_map, np.uint8)
     raw: dict[str, dict[str, npt.NDArray[Any]]] = {}
     instances: dict[str, str] = {}
@@ -79,7 +79,10 @@ def _tables_of(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavl
         numbers = {key: one for key, one in columns.items() if one.dtype.kind in "iuf"}
         if name == "RCOU":
             values = parameters["Value"].tolist() if names else ()
-            numbers["motors"] = _motors(numbers, names, values, "C{}")
+            outputs = dict(numbers)
+            for more in (raw.get("RCO2", {}), raw.get("RCO3", {})):  # outputs 15 and on
+                outputs |= {key: one for key, one in more.items() if one.size == time_ns.size}
+            numbers["motors"] = _motors(outputs, names, values, "C{}", facts)
         field = instances.get(name)
         if field is None or field not in numbers:
             tables[name] = TopicTable(time_ns, numbers, name)
@@ -134,10 +137,12 @@ def _motors(
     parameters: Sequence[str],
     values: Sequence[float],
     name: str,
+    facts: LogFacts,
 ) -> npt.NDArray[Any]:
     """Put the outputs of motors 1, 2, ... side by side (k, motors).
 
-    Parameters SERVOn_FUNCTION say which these are; else all outputs are taken in their order.
+    Parameters SERVOn_FUNCTION say which these are; else all outputs are taken in their order, which
+    is said. An output that was not logged has no numbers.
     """
     found: dict[int, int] = {}
     for parameter, value in zip(parameters, values, strict=False):
@@ -147,8 +152,17 @@ def _motors(
     matches = [re.fullmatch(name.format(r"(\d+)"), column) for column in columns]
     every = sorted(int(match[1]) for match in matches if match is not None)
     outputs = [found[motor] for motor in sorted(found)] or every
-    there = [columns[name.format(one)] for one in outputs if name.format(one) in columns]
-    return np.stack(there, axis=1) if there else np.zeros((0, 0))
+    if not outputs:
+        return np.zeros((0, 0))
+    if not found:
+        what = (
+            f"no parameter SERVOn_FUNCTION says which output drives which motor: the "
+            f"outputs from {outputs[0]} on are taken for the thrusters in their order."
+        )
+        remedy = "Log the parameters, or state the outputs under pool: channels in vehicle.yaml."
+        facts.problems.append(facts.place.note(what, remedy=remedy))
+    none = np.full(next(iter(columns.values())).size, np.nan)
+    return np.stack([columns.get(name.format(one), none) for one in outputs], axis=1)
 
 
 def read_tlog(path: Path, shown_as: str) -> TableLog:
@@ -161,44 +175,82 @@ def read_tlog(path: Path, shown_as: str) -> TableLog:
 
 def _tables_of_tlog(path: Path, facts: LogFacts) -> dict[str, TopicTable]:
     facts.writer = "MAVLink"
-    parts = _messages_of_tlog(path)
-    return {name: _table_of_tlog(name, *part, parts) for name, part in parts.items()}
+    parts = _messages_of_tlog(path, facts)
+    return {name: _table_of_tlog(name, *part, parts, facts) for name, part in parts.items()}
 
 
 _Part = tuple[list[int], dict[str, list[Any]]]
+#: Type of message, component that sent it, port of its outputs.
+_Source = tuple[str, int, int]
+#: What a HEARTBEAT says of a ground station, a camera, a companion computer: no autopilot.
+_NO_AUTOPILOT, _GROUND_STATION, _SUBMARINE = 8, 6, 12
 
 
-def _messages_of_tlog(path: Path) -> dict[str, _Part]:
-    """Return type -> log times [ns] and fields of all messages of the vehicle."""
+def _messages_of_tlog(path: Path, facts: LogFacts) -> dict[str, _Part]:
+    """Return type -> log times [ns] and fields of all messages of the vehicle.
+
+    Those of its other components, and of outputs beyond the first port, have their number behind.
+    """
     from pymavlink import mavutil
 
     log = mavutil.mavlogfile(str(path))
-    by_system: dict[int, dict[str, _Part]] = {}
-    vehicle: int | None = None
+    by_system: dict[int, dict[_Source, _Part]] = {}
+    autopilots: dict[tuple[int, int], int] = {}
     try:
         while (message := log.recv_msg()) is not None:
             kind, system = message.get_type(), message.get_srcSystem()
             time_us = message._timestamp * 1e6  # noqa: SLF001 - its only name
             if kind == "BAD_DATA" or kind.startswith("UNKNOWN") or not time_us * 1e3 < LATEST_NS:
                 continue
-            if vehicle is None and kind == "HEARTBEAT" and message.type != _GROUND_STATION:
-                vehicle = system
-            times, fields = by_system.setdefault(system, {}).setdefault(kind, ([], {}))
+            component = message.get_srcComponent()
+            if (
+                kind == "HEARTBEAT"
+                and message.autopilot != _NO_AUTOPILOT
+                and message.type != _GROUND_STATION
+            ):
+                autopilots[system, component] = message.type
+            source = (kind, component, getattr(message, "port", 0))
+            times, fields = by_system.setdefault(system, {}).setdefault(source, ([], {}))
             times.append(round(time_us) * 1000)
             for name in message.fieldnames:
                 fields.setdefault(name, []).append(getattr(message, name))
     finally:
         log.close()
-    if vehicle is None and by_system:
-        vehicle = max(by_system, key=lambda one: sum(len(p[0]) for p in by_system[one].values()))
-    return by_system.get(vehicle, {}) if vehicle is not None else {}
+    if not by_system:
+        return {}
+    system, own = _autopilot(by_system, autopilots, facts)
+    return {
+        "".join([kind, f"[{component}]" * (component != own), f"[{port}]" * (port != 0)]): part
+        for (kind, component, port), part in by_system[system].items()
+    }
 
 
-_GROUND_STATION = 6
+def _autopilot(
+    by_system: Mapping[int, Mapping[_Source, _Part]],
+    autopilots: Mapping[tuple[int, int], int],
+    facts: LogFacts,
+) -> tuple[int, int]:
+    """Return system and component of the vehicle: of several a submarine, or who says most."""
+    said = {one: sum(len(part[0]) for part in by_system[one].values()) for one in by_system}
+    known = autopilots or {(max(by_system, key=lambda one: said[one]), 1): _SUBMARINE}
+    best = max(known, key=lambda one: (known[one] == _SUBMARINE, said[one[0]], -one[1]))
+    others = sorted({system for system, _ in known} - {best[0]})
+    if others:
+        what = (
+            f"the log has messages of vehicles {', '.join(map(str, others))} too: those of system "
+            f"{best[0]} are taken, as a {'submarine' if known[best] == _SUBMARINE else 'vehicle'} "
+            f"with {said[best[0]]} messages."
+        )
+        facts.problems.append(facts.place.warning(what))
+    return best
 
 
 def _table_of_tlog(
-    kind: str, times: list[int], fields: Mapping[str, list[Any]], parts: Mapping[str, _Part]
+    kind: str,
+    times: list[int],
+    fields: Mapping[str, list[Any]],
+    parts: Mapping[str, _Part],
+    facts: LogFacts,
 ) -> TopicTable:
     columns: dict[str, npt.NDArray[Any]] = {}
     for name, values in fields.items():
@@ -210,5 +262,5 @@ def _table_of_tlog(
     if kind == "SERVO_OUTPUT_RAW":
         own = parts.get("PARAM_VALUE", ([], {}))[1]
         names, told = list(map(str, own.get("param_id", ()))), own.get("param_value", ())
-        columns["motors"] = _motors(columns, names, told, "servo{}_raw")
-    return TopicTable(np.array(times, np.int64), columns, kind)
+        columns["motors"] = _motors(columns, names, told, "servo{}_raw", facts)
+    return TopicTable(np.array(times, np.int64), columns, kind.split("[", maxsplit=1)[0])

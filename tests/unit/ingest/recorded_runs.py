@@ -190,17 +190,22 @@ def write_parquet(path: Path, one: Run) -> Path:
 _BIN = (
     (1, "PARM", "QNf", "TimeUS,Name,Value"),
     (2, "RCOU", "QHHHHHH", "TimeUS,C1,C2,C3,C4,C5,C6"),
-    (3, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    (3, "IMU", "QBffffffBB", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH"),
     (4, "ATT", "Qccc", "TimeUS,Roll,Pitch,Yaw"),
-    (5, "BARO", "QBff", "TimeUS,I,Alt,Press"),
+    (5, "BARO", "QBffB", "TimeUS,I,Alt,Press,H"),
     (6, "BAT", "QBff", "TimeUS,Instance,Volt,Curr"),
     (7, "GPS", "QBIH", "TimeUS,Status,GMS,GWk"),
 )
 _CODES = {"Q": "Q", "N": "16s", "f": "f", "H": "H", "B": "B", "c": "h", "I": "I"}
 
 
-def write_bin(path: Path, one: Run, outputs: Sequence[int] = (5, 3, 4, 2)) -> Path:
-    """A data-flash log of ArduPilot; thrusters are motors 1 to 4 on these outputs."""
+def write_bin(
+    path: Path, one: Run, outputs: Sequence[int] = (5, 3, 4, 2), ill: Sequence[int] = ()
+) -> Path:
+    """A data-flash log of ArduPilot; thrusters are motors 1 to 4 on these outputs.
+
+    Sensors call themselves ill at some of the times.
+    """
     packers = {
         name: struct.Struct("<" + "".join(_CODES[c] for c in form)) for _, name, form, _ in _BIN
     }
@@ -231,10 +236,11 @@ def write_bin(path: Path, one: Run, outputs: Sequence[int] = (5, 3, 4, 2)) -> Pa
         for output, pulse in zip(outputs, one.command_us[k], strict=True):
             pulses[output - 1] = round(pulse)
         add("RCOU", at, *pulses)
-        add("IMU", at, 0, *one.rates_radps[k], *one.force_mps2[k])
+        well = k not in ill
+        add("IMU", at, 0, *one.rates_radps[k], *one.force_mps2[k], well, well)
         add("ATT", at, *(round(100.0 * angle) for angle in np.degrees(one.euler_rad[k])))
-        add("BARO", at, 0, 0.1, 100_000.0 + 0.01 * k)
-        add("BARO", at, 1, -1.0, one.pressure_pa[k, 0])
+        add("BARO", at, 0, 0.1, 100_000.0 + 0.01 * k, well)
+        add("BARO", at, 1, -1.0, one.pressure_pa[k, 0], well)
         add("BAT", at, 0, one.voltage_v[k, 0], 1.0 + 0.01 * k)
     path.write_bytes(bytes(data))
     return path
