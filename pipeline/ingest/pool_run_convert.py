@@ -27,6 +27,8 @@ EARTH = {
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 #: Standard atmosphere; a sensor that reads less than half of it at its lowest reads from there.
 ATMOSPHERE_PA = 101325.0
+#: Where more of the angles cannot be the unit is wrong, or the order.
+_MOST_NONE = 0.5
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,8 @@ def convert(
     if plan.quantity == "attitude_quaternion":
         raw = _attitude(plan, raw)
     elif plan.quantity == "attitude_euler":
+        none = np.abs(raw[:, 1]) > np.pi / 2.0 + 0.01  # no pitch, but a number for none
+        raw[none & (none.mean() < _MOST_NONE)] = np.nan
         raw = _attitude(plan, _from_euler(raw), order="xyzw")
     elif plan.quantity == "pressure":
         notes += _into_depth(plan, raw, water)

@@ -25,6 +25,8 @@ _MOST_LOOKED_AT = 20_000
 _SPIKE_NEIGHBOURS = 25
 #: A dropout is a step to zero and back, larger than so many usual steps.
 _DROPOUT_STEPS = 8.0
+#: A number that stands for none recurs, and few other readings are as near to it; so many of them.
+_RECURS, _MOST_NEAR, _MOST_NUMBERS = 5, 0.005, 3
 _NORMAL = 1.4826
 #: What is larger comes of damaged bytes, in whatever unit.
 _LARGEST = 1e15
@@ -133,8 +135,7 @@ def value_marks(
         return marks
     if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
         return marks  # constant throughout: said of the channel, not of its readings
-    if values.shape[1] >= 3:
-        _set(marks, "dropout", _dropouts(values))
+    _set(marks, "dropout", _dropouts(values, jumps=jumps or is_quaternion))
     repeats = _repeats(values) & finite
     if repeats.mean() < _MOST_REPEATS:
         if lowest is None and highest is None and not is_quaternion:
@@ -216,25 +217,41 @@ def _repeats(values: FloatArray) -> BoolArray:
     return same
 
 
-def _dropouts(values: FloatArray) -> BoolArray:
-    """Mark runs of zeros that are jumped into or out of; a vehicle at rest has zeros, too."""
-    zero = values[:, 0] == 0.0
-    for column in values.T[1:]:
-        zero &= column == 0.0
-    if not zero.any() or zero.mean() > 0.5:
-        return np.zeros_like(zero)
+def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
+    """Mark one number that stands for no reading: 0, or another that recurs far from all others.
+
+    All components have it. Zeros may also be those of a vehicle at rest: runs of them count that
+    are jumped into or out of. Any other number, and zeros one by one, are jumped into and out of,
+    and no other reading is near them; where readings `jump` anyway these are not looked for.
+    """
+    found = np.zeros(values.shape[0], np.bool_)
+    same = (values == values[:, :1]).all(axis=1)
+    numbers, counts = np.unique(values[same, 0], return_counts=True)
+    recurring = numbers[(counts >= _RECURS) & (counts <= 0.5 * values.shape[0])]
+    if values.shape[1] == 1:
+        recurring = recurring[np.isin(recurring, [np.nanmin(values), np.nanmax(values)])]
+    zeros = np.zeros(1) if values.shape[1] >= 3 else np.zeros(0)
     with np.errstate(invalid="ignore"):
         steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
-    inside = steps[~(zero[1:] | zero[:-1]) & np.isfinite(steps)]
-    usual = float(np.quantile(inside, 0.95)) if inside.size else 0.0
-    runs = _runs(zero, 3)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], runs, [False]]).astype(np.int8)))
-    for begin, end in edges.reshape(-1, 2).tolist():
-        into = steps[begin - 1] if begin > 0 else 0.0
-        out_of = steps[end - 1] if end < zero.size else 0.0
-        if not max(into, out_of) > _DROPOUT_STEPS * usual:
-            runs[begin:end] = False
-    return runs
+    for number in np.union1d(recurring[-_MOST_NUMBERS:], zeros):
+        at = same & (values[:, 0] == number)
+        if not at.any() or at.mean() > 0.5:
+            continue
+        others = values[~at & np.isfinite(values).all(axis=1)]
+        inside = np.linalg.norm(np.diff(others, axis=0), axis=1)
+        usual = float(np.quantile(inside, 0.95)) if inside.size else 0.0
+        far = np.linalg.norm(values - number, axis=1) > _DROPOUT_STEPS * usual
+        alone = number in recurring and usual > 0.0 and not jumps
+        alone = alone and bool((~far & ~at & np.isfinite(values[:, 0])).mean() < _MOST_NEAR)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
+        for begin, end in edges.reshape(-1, 2).tolist():
+            ends = [at for at in (begin - 1, end - 1) if 0 <= at < steps.size]
+            away = steps[ends] > _DROPOUT_STEPS * usual
+            if (alone and away.all()) or (
+                number == 0.0 and zeros.size and end - begin >= 3 and away.any()
+            ):
+                found[begin:end] = True
+    return found
 
 
 def _runs(mark: BoolArray, least: int) -> BoolArray:

@@ -25,7 +25,7 @@ MARKS: Mapping[str, str] = {
     "late": "logged much later after its stamp than usual",
     "after_gap": "readings are missing before it",
     "reset": "the clock of the board began anew here",
-    "dropout": "all components are exactly zero",
+    "dropout": "one number that stands for no reading, such as 0 or -999",
     "frozen": "the values do not change although the sensor is noisy",
     "saturated": "at the end of the range",
     "spike": "far from the readings before and after it, which agree",
