@@ -69,9 +69,9 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
 
 
 def by_severity(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    """Put errors first, notes last, else keep the order."""
+    """Put errors first, notes last, else keep the order; what several stages met is said once."""
     rank = {"error": 0, "warning": 1, "note": 2}
-    return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
+    return tuple(sorted(dict.fromkeys(problems), key=lambda problem: rank[problem.severity]))
 
 
 def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Problem, ...]:
@@ -79,13 +79,11 @@ def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Probl
 
     A result that a refused file is missing from looks like a whole one.
     """
-    found: dict[Problem, None] = {}
+    found: list[Problem] = []
     for _, body in _behind(vehicle, stage, out):
         of_record = (body["record"] or {}).get("problems", ())
-        for problem in problems_of([*body["problems"], *of_record]):
-            if problem.severity == "error":
-                found[with_path(problem, vehicle, out)] = None
-    return tuple(found)
+        found += problems_of([*body["problems"], *of_record])
+    return by_severity(with_path(one, vehicle, out) for one in found if one.severity == "error")
 
 
 def failed_checks_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[str, ...]:

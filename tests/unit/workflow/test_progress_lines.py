@@ -176,6 +176,14 @@ def test_outcome_shows_paths_that_can_be_opened(tmp_path: Path) -> None:
     assert outcome.left_out == (("mooring test", "no"),)
 
 
+def test_what_every_stage_met_is_said_once(tmp_path: Path) -> None:
+    gone = Problem("error", Place("boat/vehicle.yaml"), "there is no such file.")
+    for stage in ("load_test", "mooring"):
+        envelope = Envelope[Record](stage, "boat", {}, "c0", None, "no", (gone,))
+        write_envelope(tmp_path / f"processed/boat/{stage}.json", envelope)
+    assert len(outcome_of(VehicleFolder("boat", "raw/boat"), tmp_path).problems) == 1
+
+
 def test_a_run_tells_of_links_and_folders_that_nothing_reads(tmp_path: Path) -> None:
     """A link that leads round stopped the whole run with a fault of the program."""
     folder = tmp_path / "raw/boat"
