@@ -32,6 +32,7 @@ _SENTENCES = re.compile(
 )
 #: A value that stays as it is: of an option, of a key, between quotation marks.
 _TYPED = re.compile(r"(?:=|--[\w-]+ |[\"'`])\{(\d+)\}")
+_FIELD = re.compile(r"\{(\d+)\}")
 #: A value between quotation marks: it has none itself.
 _QUOTED = re.compile(r"\"\{(\d+)\}\"")
 _EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
@@ -198,6 +199,8 @@ class Catalogue:
                 if sentences and any(max(template.literals, key=len) in v for v in values.values()):
                     # from one sentence of a kind to the next of the same kind
                     continue
+                if sentences and _is_moved(entry, values):
+                    continue
                 if any('"' in values[int(number)] for number in _QUOTED.findall(entry.message)):
                     # from one quoted name to the next: a match by chance
                     continue
@@ -312,6 +315,14 @@ class Catalogue:
         if whole is None:
             whole = f"({self._line(inside, depth)})"
         return f"{self._line(before, depth)}{gap}{whole}{stop}"
+
+
+def _is_moved(entry: Entry, values: dict[int, str]) -> bool:
+    """Whether the sentences before a message would come to stand inside its translation."""
+    first = _FIELD.match(entry.message)
+    if first is None or entry.forms[0].startswith(first[0]):
+        return False
+    return _SENTENCES.search(values[int(first[1])]) is not None
 
 
 def _is_torn(value: str) -> bool:

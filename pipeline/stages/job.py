@@ -138,7 +138,7 @@ class Job:
             reason = envelope.why_not or "no reason was given."
             if reason.startswith(MISSING):
                 raise NotMeasuredError(reason)  # the first gap explains all that follow
-            raise NotMeasuredError(f"{MISSING}{TITLES[kind]}: {_lower(reason)}")
+            raise NotMeasuredError(f"There is no {TITLES[kind]}: {_lower(reason)}")
         return envelope.record
 
     def tables(self) -> dict[str, Any]:

@@ -4,7 +4,10 @@ import pytest
 
 from pipeline.language.catalogue import Catalogue
 from pipeline.language.translate import catalogue
-from pipeline.plan import TITLES
+from pipeline.plan import MISSING, TITLES
+from pipeline.provenance import Envelope
+from pipeline.records.base import Record
+from pipeline.stages.job import Job, NotMeasuredError
 
 NO_VEHICLE = (
     'there is no vehicle "{}": neither a folder under {} nor a path to one that holds '
@@ -37,6 +40,15 @@ def test_what_a_run_did_not_come_to_has_a_russian_title(russian: Catalogue, titl
     assert not any(letter.isascii() and letter.isalpha() for letter in last)
 
 
+def test_a_result_that_another_needs_and_that_is_not_there(russian: Catalogue) -> None:
+    envelope = Envelope[Record]("propeller", "boat", {}, "c0", None, "no reason was given.")
+    with pytest.raises(NotMeasuredError) as lacks:
+        Job._whole("propeller", envelope)
+    assert str(lacks.value).startswith(MISSING)
+    title = "характеристика винта (таблица 1)"
+    assert russian.say(str(lacks.value)) == f"Результата нет ({title}): причина не указана."
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -49,6 +61,16 @@ def test_what_a_run_did_not_come_to_has_a_russian_title(russian: Catalogue, titl
 )
 def test_ctrl_c(russian: Catalogue, text: str, said: str) -> None:
     assert russian.say(text) == said
+
+
+def test_what_was_said_before_stays_before(russian: Catalogue) -> None:
+    """A value at the beginning of a template took up the sentence before."""
+    said = russian.say(
+        "Our Table 4 differs from the published one by at most 2.6 codes (at 0.6 N, 0 m/s). "
+        "0 of the 20 published coefficients lie inside our 95 % intervals."
+    )
+    assert said.startswith("Наша таблица 4 отличается от опубликованной")
+    assert said.endswith(" лежат 0 из 20 опубликованных коэффициентов.")
 
 
 _VERDICTS_ON_TABLES = [
