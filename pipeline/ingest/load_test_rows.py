@@ -164,14 +164,14 @@ def tell_codes(tables: Sequence[Table], path: Path) -> list[float | None]:
         beside = {
             codes[other]
             for other, one in enumerate(tables)
-            if one.head == table.head and one.code_from == "heading"
+            if one.head == table.head and one.code_from == "table heading"
         }
         if (
-            table.code_from != "heading"
+            table.code_from != "table heading"
             and len(beside) == 1
             and table.block.columns.keys().isdisjoint({"code", "pwm"})
         ):
-            codes[position], table.code_from = beside.pop(), "heading"
+            codes[position], table.code_from = beside.pop(), "table heading"
     return codes
 
 
@@ -194,7 +194,7 @@ def _code_of(table: Table, path: Path) -> tuple[float | None, str]:
             )
             remedy = "Correct the heading or the name."
             table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
-        return in_heading, "heading"
+        return in_heading, "table heading"
     for code, origin in ((in_name, "sheet name"), (code_in_text(path.stem), "file name")):
         if code is not None:
             return _with_sign(table, code), origin

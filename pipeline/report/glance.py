@@ -176,7 +176,7 @@ def _short(told: DayDiagnosis, flown: Flown) -> str:
     first = told.findings[0]
     text = short_finding(first)
     if len(told.findings) > 1:
-        text = f"{text}, in {listed(flown.words(first.runs))}"
+        text = f"{text}, only in {listed(flown.words(first.runs))}"
     if flown.unreadable:
         text = f"{text}; {plural(len(flown.unreadable), 'log')} not read"
     return text

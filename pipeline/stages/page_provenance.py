@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from pipeline.language import as_it_is
 from pipeline.provenance import Envelope
 
 
@@ -28,6 +29,6 @@ def page_provenance(envelopes: Iterable[Envelope[Any]], *, results: bool = False
         for name, digest in envelope.inputs.items()
         if results or name.startswith("raw/")
     }
-    code = {f"code of {envelope.kind}": envelope.code for envelope in shown}
+    code = {f"code of {as_it_is(envelope.kind)}": envelope.code for envelope in shown}
     version = {"rig2sea": shown[0].version} if shown else {}
     return {**version, **dict(sorted(files.items())), **code}

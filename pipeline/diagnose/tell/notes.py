@@ -28,7 +28,8 @@ _SURE, _MUCH = 3.0, 0.5
 def notes_on(case: Case, found: Search, top: Candidate) -> tuple[str, ...]:
     """List what is missing and what it costs, what is ordinary, and which noise was widened."""
     have = {rows.channel.quantity for rows in found.setting.bench.stack.rows}
-    notes = [f"no {name}: {cost}" for name, cost in _COSTS.items() if name not in have]
+    absent = (name for name in _COSTS if name not in have)
+    notes = [f"{name} was not measured: {_COSTS[name]}" for name in absent]
     notes.append(
         f"what is ordinary was learned from {_healthy_runs(len(case.healthy))}"
         if case.healthy

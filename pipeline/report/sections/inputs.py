@@ -114,7 +114,7 @@ def _codes(every: Iterable[float | None]) -> str:
         if len(codes) <= 30
         else f"{code(codes[0])} to {code(codes[-1])}"
     )
-    return f" {plural(len(codes), 'code')}: {listed}."
+    return f" {plural(len(codes), 'different code')}: {listed}."
 
 
 def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Blocks:

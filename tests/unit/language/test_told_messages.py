@@ -125,6 +125,11 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
         ("u to 0.039 m/s (0.94 times the noise)", "u: 0,039 м/с (отношение к шуму 0,94)"),
         ("0 of 2646 steps of the grid fall", "падает шагов сетки: 0 из 2646"),
         ("Why", "Причина"),
+        ("sound; 90 s; no warnings: a.html", "исправен; 90 с; предупреждений нет: a.html"),
+        ("code 20 (table heading), 57 points", "код 20 (заголовок таблицы), 57 точек"),
+        ("steps of speed: 0.84, 1.63 m/s", "ступени скорости: 0,84; 1,63 м/с"),
+        ("added mass in sway, A_22", "присоединённая масса (боковое движение), A_22"),
+        ("12 different codes: 20, 30.", "12 разных кодов: 20, 30."),
         (
             "Depth z is off most, 2.2 times what a sound vehicle leaves.",
             "Глубина z отклоняется больше всех, 2,2 к тому, что оставляет исправный аппарат.",
