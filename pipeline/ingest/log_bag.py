@@ -146,6 +146,12 @@ class Ros2Database(BagFile):
 
     def _read_topics(self) -> None:
         self.directory.library = "ros2 bag"
+        beside = self.path.with_name(f"{self.path.name}-wal")
+        if beside.is_file() and beside.stat().st_size:
+            self._faults.add(
+                f"the bag was not closed: messages in {beside.name} are not in it yet; copy both "
+                f'elsewhere and run sqlite3 {self.path.name} "PRAGMA wal_checkpoint" there.'
+            )
         try:
             with closing(self._open()) as database:
                 definitions = self._definitions(database)
