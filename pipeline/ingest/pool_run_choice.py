@@ -14,6 +14,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
+from pipeline.ingest.pool_run_down import doubtful_depths
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base, on_rows
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
@@ -123,7 +124,10 @@ def _best(
         wrong = _wrong_frames(group, run)
         for one in group:
             with_it = replace(run, channels={**run.channels, one.name: one.channel})
-            found = contradictions(with_it, vehicle, place, on_one_base(with_it))
+            found = [
+                *doubtful_depths(with_it, vehicle, place),
+                *contradictions(with_it, vehicle, place, on_one_base(with_it)),
+            ]
             frame = wrong.get(one.channel.topic)
             blamed.append([*filter(None, [frame]), *(problem.what for problem in found)])
     except CannotComputeError:

@@ -35,11 +35,17 @@ _FACTORS = (
     (np.pi / 180.0, "radians taken for degrees"),
     (1.0 / 9.80665, "multiples of g"),
     (1000.0 / 9.80665, "thousandths of g"),
+    (9.80665, "m/s2 taken for multiples of g"),
 )
 #: Rates and attitudes that go together like this differ by a factor alone.
 _CLEARLY = 0.9
+#: Rates of axes that do not go together at all, and what is too slow to tell. [-, rad/s]
+_UNCLEAR, _LEAST_RATE_RADPS = 0.5, 1e-3
+_AXES = ("roll", "pitch", "yaw")
 #: More than a turn a second is no vehicle's: these are degrees. [rad/s]
 _FAST_RADPS = 2.0 * np.pi
+#: Twice as fast as those of the fastest thrusters. [m/s]
+_FASTEST_TIP_MPS = 40.0
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5
 #: Share of the fastest shaft's speed below which another's is noise about zero.
@@ -54,6 +60,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     """
     place = Place(run.file)
     yield from _sizes(run, place)
+    yield from _tips(run, vehicle, place)
     yield from _impossible(run, place)
     yield from _voltage(run, vehicle, place)
     yield from doubtful_depths(run, vehicle, place)
@@ -119,12 +126,11 @@ def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
                 )
                 continue
         high = _large(channel)
-        assumed = channel.read.unit_from == "assumed"
-        if channel.quantity == "angular_velocity" and assumed and high > _FAST_RADPS:
+        if channel.quantity == "angular_velocity" and high > _FAST_RADPS:
             yield _warn(
                 place,
-                f"{name} ({channel.topic}) reaches {high:.3g} rad/s, more than a turn a second, "
-                "and no unit is stated: it looks like degrees.",
+                f"{name} ({channel.topic}) reaches {high:.3g} rad/s, more than a turn a second: it "
+                "looks like degrees.",
                 _CHECK_UNIT,
             )
         if high > largest(channel.quantity):
@@ -133,6 +139,26 @@ def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
                 place,
                 f"{name} ({channel.topic}) reaches {high:.4g} {unit}, more than is possible: "
                 "its unit is probably off by a factor such as 1000.",
+                _CHECK_UNIT,
+            )
+
+
+def _tips(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+    """Say where the tips of a propeller would be faster than any under water."""
+    across_m = {one.name: vehicle.propellers[one.propeller].diameter_m for one in vehicle.thrusters}
+    for name, channel in run.channels.items():
+        if channel.quantity != "shaft_speed":
+            continue
+        kept = channel.values[channel.timely()]
+        wide = np.array([across_m.get(one.split(".", 1)[-1], 0.0) for one in channel.columns])
+        tips = np.nan_to_num(np.abs(kept)) * wide * np.pi / 60.0
+        fast = float(np.quantile(tips.max(axis=1), 0.9)) if kept.size else 0.0
+        if fast > _FASTEST_TIP_MPS:
+            yield _warn(
+                place,
+                f"{name} ({channel.topic}) would move the tips of propellers at {fast:.3g} m/s, "
+                "more than is possible under water: it is in another unit, or that of the motor's "
+                "field (times the pole pairs).",
                 _CHECK_UNIT,
             )
 
@@ -185,8 +211,19 @@ def _attitude_against_rate(run: PoolRun, table: RunTable, place: Place) -> Itera
     rows[[0, -1]] = False
     from_attitude = turning(table.values["attitude"], TABLE_HZ)[rows]
     measured = table.values["angular_velocity"][rows]
+    topic = run.channels["angular_velocity"].topic
+    remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
+    swapped = _swapped(from_attitude, measured)
+    if swapped:
+        other = run.channels["attitude"].topic
+        what = (
+            f"the {swapped[0]} rate by the attitude ({other}) is the {swapped[1]} rate of {topic}: "
+            "the axes of one of them are swapped."
+        )
+        yield _warn(place, what, remedy)
+        return
 
-    for axis, name in enumerate(("roll", "pitch", "yaw")):
+    for axis, name in enumerate(_AXES):
         a, m = from_attitude[:, axis], measured[:, axis]
         # what hardly moves in one may move in the other, where its unit is another
         if max(a.std(), m.std()) < 0.02 or min(a.std(), m.std()) < 1e-6:
@@ -205,9 +242,24 @@ def _attitude_against_rate(run: PoolRun, table: RunTable, place: Place) -> Itera
             )
         else:
             continue
-        topic = run.channels["angular_velocity"].topic
-        remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
         yield _warn(place, f"the {name} rate ({topic}) {what}", remedy)
+
+
+def _swapped(by_attitude: FloatArray, measured: FloatArray) -> tuple[str, str] | None:
+    """Return an axis whose rate another axis has that was measured, and that one; None for none.
+
+    Over half a second each: a vehicle that hardly tilts shows its axes, too.
+    """
+    half = np.full(round(0.5 * TABLE_HZ), 2.0 / TABLE_HZ)
+    both = np.concatenate([by_attitude, measured], axis=1)
+    both = np.stack([np.convolve(one - one.mean(), half, mode="valid") for one in both.T], axis=1)
+    alike = np.abs(np.nan_to_num(both.T @ both / len(both)))
+    size = np.sqrt(alike.diagonal())
+    alike = (alike / np.maximum(np.outer(size, size), _LEAST_RATE_RADPS**2))[:3, 3:]
+    own = alike.diagonal()
+    told = (alike > _CLEARLY) & (np.maximum.outer(own, own) < _UNCLEAR)
+    found = np.argwhere(told)
+    return (_AXES[found[0, 0]], _AXES[found[0, 1]]) if len(found) else None
 
 
 def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import TABLE_HZ
-from pipeline.records.run_arrays import PoolRun
+from pipeline.ingest.quantities import largest
+from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable, down_axis, quaternion_product
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -28,6 +29,8 @@ _NEAR_PA, _STILL_PA = 2500.0, 1000.0
 #: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
 _ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
 _ABOVE_WATER_M = -0.3
+#: Trials are not as deep; whose are can state the unit. [m]
+_DEEP_M = 100.0
 #: Nothing dives or surfaces faster but what falls free. [m/s]
 _FASTEST_MPS = 4.0
 _MOVING_M, _AGAINST = 0.03, -0.8
@@ -169,7 +172,16 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
     if channel is None or not depth.size:
         return
     middle = float(np.median(depth))
-    if channel.read.quantity == "pressure" and channel.read.unit_from != "vehicle file":
+    is_deep = _DEEP_M < middle < largest("depth")
+    if channel.read.quantity == "depth" and is_deep and not is_stated(channel):
+        yield place.warning(
+            f"the depth ({channel.topic}) is {middle:.4g} m for half of the run, and nobody says "
+            f"that it is in m: in cm it would be {middle / 100.0:.3g} m, in mm "
+            f"{middle / 1000.0:.3g} m.",
+            remedy="State the unit under pool: channels in vehicle.yaml.",
+        )
+        return
+    if channel.read.quantity == "pressure" and not is_stated(channel):
         # near the surface a gauge reads as little, but then it also reads about zero
         raw_pa = depth * vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
         low, typical, high = (float(one) for one in np.quantile(raw_pa, [0.02, 0.5, 0.98]))
@@ -201,6 +213,12 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
             "depth positive downwards.",
             "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
         )
+
+
+def is_stated(channel: RunChannel) -> bool:
+    """Tell whether a person stated the unit of a channel; the usual map of a recorder is none."""
+    read = channel.read
+    return read.unit_from == "vehicle file" and not read.mapped_by.startswith("default")
 
 
 def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
