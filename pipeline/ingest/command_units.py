@@ -19,6 +19,10 @@ _RATIO, _PERCENT = 1.0, 100.0
 _MIDDLES = frozenset({50, 90, 127, 128, 511, 512, 1023, 1024, 2047, 2048, 32767, 32768})
 #: A command is at a value within this share of it.
 _AT = 0.02
+#: What codes and per cent often go to; commands of so many levels that reach it so often are held
+#: there by a limit. Per cent of whole codes are rounded by less than this of a code.
+_FULL_SCALES = (100, 127, 128, 255, 256, 400, 500, 512, 1000, 1023, 1024)
+_MANY, _OFTEN, _ROUNDED = 15, 5, 0.07
 #: A vehicle dwells where it does so in this share of its readings; full reverse of all, in this.
 _DWELLS, _PASSES = 0.2, 0.05
 #: Evidence in nats: taken for the rest above, asked for above, none below.
@@ -41,23 +45,34 @@ class GuessedUnit:
 
 
 def guess_units(
-    commands: Mapping[tuple[str, str], FloatArray], pwm: PulseWidth, *, one_way: bool
+    commands: Mapping[tuple[str, str], FloatArray],
+    pwm: PulseWidth,
+    stated: Mapping[tuple[str, str], str | None],
+    *,
+    one_way: bool,
 ) -> dict[tuple[str, str], GuessedUnit]:
     """Guess the units of commands that come in several topics: by their ranges, and each other.
+
+    Where the unit is `stated` their rest alone is asked; a code is 0 at rest.
 
     A thruster that is only ever switched has the ratios -1, 0 and 1, whole numbers as codes are;
     beside topics of ratios they are told. `commands` are readings (k, m) by topic and channel, as
     they stand in the messages; `one_way` drives have no reverse.
     """
-    guessed = {key: _guess_unit(raw) for key, raw in commands.items()}
+    guessed = {
+        key: GuessedUnit(unit, "") if (unit := stated.get(key)) else _guess_unit(raw)
+        for key, raw in commands.items()
+    }
     if any(one.unit == "ratio" for one in guessed.values()):
         switched = GuessedUnit("ratio", "all lie between -1 and 1, as do those of other thrusters")
         guessed = {
-            key: switched if one.unit == "code" and _within_one(commands[key]) else one
+            key: switched if one.unit == "code" and one.why and _within_one(commands[key]) else one
             for key, one in guessed.items()
         }
     for unit in {one.unit for one in guessed.values()}:
         own = {key: one for key, one in guessed.items() if one.unit == unit}
+        if unit == "code":
+            own = {key: one for key, one in own.items() if one.why}
         columns = [column for key in own for column in commands[key].T]
         guessed |= {key: rest_of(one, columns, pwm, one_way=one_way) for key, one in own.items()}
     return guessed
@@ -156,7 +171,17 @@ def doubt_of_codes(raw: FloatArray, code_max: int) -> str:
             "they are -1, 0 and 1 alone and were taken for codes: next to no thrust. They look "
             "like ratios, of thrusters that are only switched; state unit: ratio (or unit: code)"
         )
-    if largest > _PERCENT or code_max < 2.0 * _PERCENT or not (values % 1.0 != 0.0).any():
+    whole, levels = bool((values % 1.0 == 0.0).all()), np.unique(values)
+    full = next((one for one in _FULL_SCALES if one == largest < code_max), 0)
+    at_full = np.abs(values) == largest
+    if full and levels.size >= _MANY and at_full.sum() >= _OFTEN:
+        return (
+            f"they reach {full} again and again and never more, of codes to {code_max}: they may "
+            f"be {'per cent' if full == _PERCENT else f'steps of {full}'}, and are taken for codes"
+        )
+    codes = levels * code_max / _PERCENT
+    of_codes = levels.size >= _MANY and np.abs(codes - np.rint(codes)).max() < _ROUNDED
+    if whole or largest > _PERCENT or not (of_codes or code_max >= 2.0 * _PERCENT):
         return ""
     return (
         f"they have fractions and stay within 100, of codes to {code_max}: they may be per cent, "

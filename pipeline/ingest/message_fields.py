@@ -30,6 +30,8 @@ _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
 _ANY_FLAGS = ("is_valid", "valid")
+#: So many times as much is another quality, or roughness; fewer readings say nothing of it.
+_UNUSUAL, _LEAST_ODD, _LEAST_WEIGHED = 3.0, 3, 20
 
 
 def words_of(frame: str) -> frozenset[str]:
@@ -157,23 +159,46 @@ def number_of_text(text: str) -> float | int | None:
 class Flag:
     """A number of a message that says whether its readings are valid, and what it then is.
 
-    Valid are `least` to `most`, in words `says`.
+    Valid are `least` to `most`, in words `says`. What a number that is `weighed` means nobody can
+    know by its name: the readings tell.
     """
 
     path: Path
     least: float
     most: float
     says: str
+    weighed: bool = False
 
     @property
     def is_telling(self) -> bool:
         """Whether it is said also where all readings are valid; a covariance is there always."""
-        return not isinstance(self.path[-1], int)
+        return not isinstance(self.path[-1], int) and not self.weighed
 
-    def invalid(self, numbers: FloatArray) -> BoolArray:
-        """Tell which readings (k,) are not valid; a flag that is missing says nothing."""
+    def invalid(self, numbers: FloatArray, readings: FloatArray) -> BoolArray:
+        """Tell which readings (k, m) are not valid; a flag that is missing says nothing."""
+        if self.weighed:
+            return _unlike(numbers, readings)
         with np.errstate(invalid="ignore"):
             return np.asarray((numbers < self.least) | (numbers > self.most))
+
+
+def _unlike(numbers: FloatArray, readings: FloatArray) -> BoolArray:
+    """Find readings (k, m) with another status or quality than usual that are rougher, or stand.
+
+    Whether a status of 1 is good or bad, or how much a figure of merit may be, is not asked.
+    """
+    none = np.zeros(numbers.size, np.bool_)
+    if not np.isfinite(numbers).any() or numbers.size < _LEAST_WEIGHED:
+        return none
+    middle = float(np.nanmedian(numbers))
+    with np.errstate(invalid="ignore"):
+        odd = (numbers > max(_UNUSUAL * middle, 0.0)) | (numbers < min(middle / _UNUSUAL, middle))
+    rough = np.full(numbers.size, np.nan)
+    rough[1:-1] = np.linalg.norm(readings[2:] - 2.0 * readings[1:-1] + readings[:-2], axis=1)
+    if not (np.isfinite(rough[odd]).sum() >= _LEAST_ODD and np.isfinite(rough[~odd]).any()):
+        return none
+    among_odd, among_usual = (float(np.nanmedian(rough[rows])) for rows in (odd, ~odd))
+    return odd if among_odd > _UNUSUAL * among_usual or among_odd == 0.0 < among_usual else none
 
 
 def impossible(quantity: str, values: FloatArray) -> BoolArray:
@@ -205,6 +230,8 @@ def validity_of(
         return ()
     kind = quantity.removesuffix("_earth")
     flags = (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS)
+    weighed = data_of("topics")["weighed"]
+    weighed = weighed["names"] if kind in weighed["quantities"] else ()
     found = []
     above = _shared(numbers)
     for length in range(len(above), -1, -1):
@@ -215,6 +242,9 @@ def validity_of(
             plain = "_".join(word.lower() for word in _WORD.findall(name))
             if plain in flags and isinstance(flag, int) and flag in (0, 1):
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
+            elif plain in weighed and isinstance(flag, int | float):
+                says = f"are as {name} usually has them"
+                found.append(Flag((*here, name), 0.0, 0.0, says, weighed=True))
         if kind == "velocity":
             found += _of_a_dvl(probe, here)
         if found:

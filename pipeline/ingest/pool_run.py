@@ -148,13 +148,13 @@ class _Reading:
 
     def channels(self, plans: Sequence[Plan], water: WaterOfRun) -> dict[str, RunChannel]:
         """Convert what was taken for these plans; one is left out that gives nothing."""
+        commands = [
+            plan for plan in plans if plan.quantity == "thruster_command" and plan.names is None
+        ]
         units = guess_units(
-            {
-                key_of(plan): self._numbers(plan)
-                for plan in plans
-                if plan.quantity == "thruster_command" and plan.unit is None and plan.names is None
-            },
+            {key_of(plan): self._numbers(plan) for plan in commands},
             self.vehicle.pool.pwm_range,
+            {key_of(plan): plan.unit for plan in commands},
             one_way=all(drive.code_min >= 0 for drive in self.vehicle.drives.values()),
         )
         found: dict[str, RunChannel] = {}
@@ -162,13 +162,14 @@ class _Reading:
             taken = self.data[plan.topic]
             begin = self.where[key_of(plan)][0] + len(plan.numbers)
             flags = taken.values[:, begin : begin + len(plan.flags)].T
-            invalid = [flag.invalid(one) for flag, one in zip(plan.flags, flags, strict=True)]
+            numbers = self._numbers(plan)
+            invalid = [
+                flag.invalid(one, numbers) for flag, one in zip(plan.flags, flags, strict=True)
+            ]
             names = None if taken.name_list is None else Names(taken.names, taken.name_list)
             with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
                 guessed = units.get(key_of(plan))
-                converted = convert(
-                    plan, self._numbers(plan), self.vehicle, water, names, guessed=guessed
-                )
+                converted = convert(plan, numbers, self.vehicle, water, names, guessed=guessed)
             if converted.unclear:
                 self.refused.append(
                     self.place.error(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units, rest_of
+from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units
 from pipeline.ingest.pool_run_plan import Plan, thrusters_named
 from pipeline.ingest.quantities import QUANTITIES
 from pipeline.records.pool_schema import UNITS
@@ -200,18 +200,15 @@ def _by_thruster(
     drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
     own = [drives.get(name, vehicle.drive) for name in thrusters]
     one_way = all(drive.code_min >= 0 for drive in own)
+    alone = ("", "")
+    guessed = guessed or guess_units({alone: raw}, pwm, {alone: plan.unit}, one_way=one_way)[alone]
     if plan.unit is None:
-        guessed = guessed or guess_units({("", ""): raw}, pwm, one_way=one_way)["", ""]
         notes.append(f"commands are taken for {guessed.unit}: {guessed.why}")
-    else:  # a code is 0 at rest
-        guessed = GuessedUnit(plan.unit, "")
-        if plan.unit != "code":
-            guessed = rest_of(guessed, list(raw.T), pwm, one_way=one_way)
     unit, neutral = guessed.unit, guessed.neutral
     if plan.stated.neutral is not None:
         neutral, guessed = plan.stated.neutral, GuessedUnit(unit, "")
     doubt = guessed.doubt
-    if plan.unit is None and unit == "code":
+    if unit == "code" and plan.unit_from != "message" and plan.mapped_by.startswith("default"):
         doubt = doubt_of_codes(raw, min((drive.code_max for drive in own), default=0))
     if guessed.unclear:
         return Converted(plan.quantity, (), raw, unit, unclear=guessed.unclear)
