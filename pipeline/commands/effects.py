@@ -8,7 +8,7 @@ import click
 
 from pipeline.commands.common.options import AS_JSON, RAW
 from pipeline.commands.common.say import print_json, say
-from pipeline.language import translate
+from pipeline.language import as_it_is, translate
 
 if TYPE_CHECKING:
     from pipeline.effects.effect import EffectContext
@@ -68,8 +68,8 @@ def _lines(effect: dict[str, Any], reason: str | None) -> str:
         unit = "" if one["unit"] == "1" else f" [{one['unit']}]"
         low, high = one["plausible"]
         text = (
-            f"  {one['name']}{unit}: {one['meaning']}; neutral {one['neutral']:g}, plausible "
-            f"{low:g} to {high:g}"
+            f"  {as_it_is(one['name'])}{unit}: {one['meaning']}; neutral {one['neutral']:g}, "
+            f"plausible {low:g} to {high:g}"
         )
         lines.append(translate(text))
     lines.append(translate(f"  shows in {' '.join(effect['channels'])}"))

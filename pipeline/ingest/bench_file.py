@@ -159,8 +159,9 @@ def _nothing(
         instead if sheet.name is None else f'"{sheet.name}" has {instead}'
         for sheet, instead in missed
     )
+    what = f"no {looked_for} found on any sheet."
     return place.error(
-        f"no {looked_for} found on any sheet{it_has and f': {it_has}'}.",
+        f"no {looked_for} found on any sheet: {it_has}." if it_has else what,
         "a row of column names over the numbers, in English or Russian.",
         f"Name the columns, or state them in vehicle.yaml by name or by letter:\n  columns:\n"
         f'    {wanted.kind}:\n      {wanted.required[0][0]}: {{header: "column A"}}',

@@ -35,6 +35,8 @@ _TYPED = re.compile(r"(?:=|--[\w-]+ |[\"'`])\{(\d+)\}")
 _FIELD = re.compile(r"\{(\d+)\}")
 #: A value between quotation marks: it has none itself.
 _QUOTED = re.compile(r"\"\{(\d+)\}\"")
+#: Words of the engineer's files.
+_CITED = re.compile(r'"[^"]*"')
 _EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
 #: A line to be put into vehicle.yaml: its key is no word.
 _OF_A_FILE = re.compile(r" {2,}[a-z][a-z0-9_]*: \{")
@@ -132,7 +134,7 @@ class Catalogue:
 
     def _simple(self, text: str) -> str | None:
         """Translate a text that stands in the catalogue as it is, a name, a unit or a number."""
-        if MARKED.fullmatch(text):
+        if MARKED.fullmatch(text) or _CITED.fullmatch(text):
             return text
         if not has_words(text):
             entry = self._plain.get(text)
@@ -165,7 +167,8 @@ class Catalogue:
             lambda: self._announced(text, depth, sure=sure),
             lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),
             lambda: self._fitting(text, depth, sure=sure, sentences=True, least=_VERY_MANY_LETTERS),
-            lambda: phrases.items(text, known),
+            # an item does not reach over the end of a sentence
+            lambda: None if _SENTENCES.search(text) else phrases.items(text, known),
             lambda: phrases.named_numbers(text, known),
             lambda: self._fitting(text, depth, sure=sure),
             lambda: phrases.counted(text, known),
@@ -192,14 +195,15 @@ class Catalogue:
                 break
             for template, entry in self._candidates(variant):
                 values = template.match(variant)
-                if values is None or template.letters < least:
+                if values is None or _is_moved(entry, values):
+                    continue
+                # a message that has a joint of lists itself is not to be taken apart at it
+                if template.letters < least and "; " not in template.between:
                     continue
                 if not sentences and any(_is_torn(one) for one in values.values()):
                     continue
                 if sentences and any(max(template.literals, key=len) in v for v in values.values()):
                     # from one sentence of a kind to the next of the same kind
-                    continue
-                if sentences and _is_moved(entry, values):
                     continue
                 if any('"' in values[int(number)] for number in _QUOTED.findall(entry.message)):
                     # from one quoted name to the next: a match by chance
@@ -210,15 +214,16 @@ class Catalogue:
         return None
 
     def _announced(self, text: str, depth: int, *, sure: bool) -> str | None:
-        """Translate ``error: `` and the like before one message, of several sentences or not."""
-        before, colon, after = text.partition(": ")
-        if not colon:
-            return None
-        for template, entry in self._by_word.get(f"{before}:".split(" ", 1)[0].lower(), ()):
-            if template.literals[1:] == ("",) and template.match(f"{before}: ") == {0: ""}:
-                said = self._known(after, depth + 1, sure=sure)
-                if said is not None:
-                    return as_begun(text, entry.message, fill(entry.forms[0], {0: said}))
+        """Translate ``error: ``, ``Expected `` and the like before what is known as a whole."""
+        for sign in (": ", " ") if text[:1].isupper() else (": ",):
+            before, found, after = text.partition(sign)
+            begin = f"{before}{found}" if found else ""
+            for template, entry in self._by_word.get(begin.split(" ", 1)[0].lower(), ()):
+                if template.literals[1:] == ("",) and template.match(begin) == {0: ""}:
+                    # of what a word introduces nothing may be unknown: it may be another sentence
+                    said = self._known(after, depth + 1, sure=sure or sign == " ")
+                    if said is not None:
+                        return as_begun(text, entry.message, fill(entry.forms[0], {0: said}))
         return None
 
     def _candidates(self, text: str) -> Iterator[tuple[Template, Entry]]:
@@ -318,11 +323,12 @@ class Catalogue:
 
 
 def _is_moved(entry: Entry, values: dict[int, str]) -> bool:
-    """Whether the sentences before a message would come to stand inside its translation."""
+    """Whether what was said before a message would come to stand inside its translation."""
     first = _FIELD.match(entry.message)
     if first is None or entry.forms[0].startswith(first[0]):
         return False
-    return _SENTENCES.search(values[int(first[1])]) is not None
+    before = values[int(first[1])]
+    return ": " in before or _SENTENCES.search(before) is not None
 
 
 def _is_torn(value: str) -> bool:

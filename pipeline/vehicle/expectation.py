@@ -74,7 +74,7 @@ def _section(schema: JsonSchema, root: JsonSchema) -> str:
     if _kinds(schema):
         return f"a section with {kind_key(schema)}: {' or '.join(_kinds(schema))}"
     if "properties" in schema:
-        return "a section with the keys " + ", ".join(schema["properties"])
+        return f"a section with the keys {', '.join(schema['properties'])}"
     inner = _of_any_name(schema)
     return "a section" if inner is None else f"names, each with {describe(inner, root)}"
 

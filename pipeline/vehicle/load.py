@@ -214,7 +214,7 @@ def _unknown_kind(
 
 def _unknown_key(path: tuple[Step, ...], root: Node, known: Sequence[str]) -> _Fault:
     key = str(path[-1])
-    where = f" in {_dotted(path[:-1])}" if path[:-1] else ""
+    what = f'unknown key "{_short(key)}" in {_dotted(path[:-1])}.'
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     remedy = f'Did you mean "{near[0]}"?' if near else "Delete it, or see docs/formats.md."
     found = _find(root, path)
@@ -223,7 +223,7 @@ def _unknown_key(path: tuple[Step, ...], root: Node, known: Sequence[str]) -> _F
         remedy = "If this is the rest of a number, write a decimal point instead of the comma."
     return _Fault(
         found.key_line,
-        f'unknown key "{_short(key)}"{where}.',
+        what if path[:-1] else f'unknown key "{_short(key)}".',
         f"one of {', '.join(known)}.",
         remedy,
     )

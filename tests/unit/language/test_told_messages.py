@@ -131,6 +131,27 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
         ("added mass in sway, A_22", "присоединённая масса (боковое движение), A_22"),
         ("12 different codes: 20, 30.", "12 разных кодов: 20, 30."),
         (
+            "Expected a decimal number (point or comma), N, as the header says.",
+            "Ожидалось: десятичное число (с точкой или запятой), N, как сказано в заголовке.",
+        ),
+        (
+            "row 3: thrust is empty in row 3; left out.",
+            "строка 3: упор: пусто, строка 3; отброшено.",
+        ),
+        ('unknown key "foo" in tables.', 'неизвестный ключ "foo" в разделе "tables".'),
+        (
+            "a.xlsx: 25 formula cell(s) hold no stored value: B2. They count as empty.",
+            "a.xlsx: формул: 25 не имеют сохранённого значения: B2. Они считаются пустыми.",
+        ),
+        (
+            'row 28: a.blades is "three". Expected a whole number of at least 1 and at most 12.',
+            'строка 28: a.blades — это "three". Ожидалось: целое число не меньше 1 и не больше 12.',
+        ),
+        (
+            'a.xlsx: no open-water curves found on any sheet: "20" has "M-Test. Part 1".',
+            'a.xlsx: ни на одном листе нет: кривые винта в свободной воде: "20": "M-Test. Part 1".',
+        ),
+        (
             "Depth z is off most, 2.2 times what a sound vehicle leaves.",
             "Глубина z отклоняется больше всех, 2,2 к тому, что оставляет исправный аппарат.",
         ),
