@@ -18,6 +18,7 @@ from pipeline.ingest.commands import (
 from pipeline.ingest.load_test_checks import (
     check_magnitudes,
     check_powers,
+    torque_not_written,
     torque_of_current,
 )
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
@@ -83,8 +84,8 @@ def _clock_and_powers(table: Table) -> Iterator[Problem]:
 
 _STEPS: tuple[Step, ...] = (
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
-    *(branches_and_warm_up, check_signs, codes_in_range, two_curves, check_powers),
-    *(check_magnitudes, torque_of_current, _clock_and_powers),
+    *(branches_and_warm_up, check_signs, codes_in_range, torque_not_written),
+    *(two_curves, check_powers, check_magnitudes, torque_of_current, _clock_and_powers),
 )
 
 

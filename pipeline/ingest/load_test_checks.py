@@ -8,6 +8,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table, numbers
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.column_data import ratio_of
+from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
@@ -15,6 +16,12 @@ _RATIO_TOLERANCE = 0.05
 _STEADY = 0.05
 #: Two measured columns are not so nearly in proportion.
 _EXACT, _LEAST_ROWS = 2e-3, 6
+#: Any motor has more somewhere.
+_LEAST_EFFICIENCY = 0.1
+#: More or less than a propeller of that size and speed takes.
+_MOST_TIMES = 50.0
+#: A shaft that is loaded by so much of the largest torque turns slower than one that is not.
+_LOADED, _SLOWER = 0.02, 0.98
 
 
 def check_powers(table: Table) -> Iterator[Problem]:
@@ -39,7 +46,9 @@ def check_powers(table: Table) -> Iterator[Problem]:
     usable &= shaft > 0.1 * shaft.max(initial=0.0)
     if usable.sum() < 3:
         return
-    efficiency = float(np.median(shaft[usable] / drawn[usable]))
+    efficiency, best = (
+        float(one) for one in np.quantile(shaft[usable] / drawn[usable], [0.5, 0.9])
+    )
     place, remedy = block.place(block.first_row, "torque"), f"Check the units: {_units(block)}."
     if efficiency > 1.02:
         what = (
@@ -47,12 +56,12 @@ def check_powers(table: Table) -> Iterator[Problem]:
             "unit of torque, speed, current or voltage is likely wrong."
         )
         yield place.warning(what, "an efficiency below 1.", remedy)
-    elif efficiency < 0.005:
+    elif best < _LEAST_EFFICIENCY:
         what = (
-            f"the drive's efficiency comes out as {efficiency:.2g}: a unit of torque, "
-            "speed, current or voltage is likely wrong."
+            f"the drive's efficiency comes out as {best:.2g} at best: a unit of torque, speed, "
+            "current or voltage is likely wrong, or it was hardly loaded."
         )
-        yield place.warning(what, "an efficiency between some per cent and 1.", remedy)
+        yield place.warning(what, "an efficiency of some ten per cent under load.", remedy)
 
 
 def _compare(
@@ -108,6 +117,34 @@ def _suspects(block: Block, quantity: str, ratio: float, causes: tuple[str, str]
     return f" It would agree if {', or if '.join(suspects)}." if suspects else ""
 
 
+def torque_not_written(table: Table) -> Iterator[Problem]:
+    """Leave out rows whose torque is 0 although loaded ones of their code turn faster."""
+    live = table.live()
+    largest = max((abs(one.values["torque"]) for one in live), default=0.0)
+    fastest: dict[float | None, float] = {}
+    for one in live:
+        if abs(one.values["torque"]) > _LOADED * largest:
+            code, speed = one.values.get("code"), abs(one.values["shaft_speed"])
+            fastest[code] = max(speed, fastest.get(code, 0.0))
+    empty = {
+        one.row
+        for one in live
+        if one.values["torque"] == 0.0
+        and abs(one.values["shaft_speed"]) < _SLOWER * fastest.get(one.values.get("code"), 0.0)
+    }
+    if not empty:
+        return
+    table.readings = [
+        one.marked("torque not written") if one.row in empty else one for one in table.readings
+    ]
+    yield table.at(min(empty), "torque").warning(
+        f"the torque is 0 in {listed(sorted(empty))}, where the shaft turns slower than with a "
+        "load: nothing was measured there; left out.",
+        "a blank cell where there is no reading.",
+        'Mark these rows with "#" in column A.',
+    )
+
+
 def torque_of_current(table: Table) -> Iterator[Problem]:
     """Warn of a torque that is the current times a constant: computed from it, not measured."""
     live = table.live()
@@ -131,9 +168,9 @@ def check_magnitudes(table: Table) -> Iterator[Problem]:
         return
     torque = max(abs(reading.values["torque"]) for reading in live)
     speed_rps = max(abs(reading.values["shaft_speed"]) for reading in live) / 60.0
-    # A screw takes about K_M = 0.03; a bench may go far above and below, but not by 300 times.
+    # A screw takes about K_M = 0.03; a bench may go far above and below, but not by 50 times.
     usual = 0.03 * density_kgpm3 * speed_rps**2 * diameter_m**5
-    if usual <= 0.0 or 1.0 / 300.0 < torque / usual < 300.0:
+    if usual <= 0.0 or 1.0 / _MOST_TIMES < torque / usual < _MOST_TIMES:
         return
     yield block.place(block.first_row, "torque").warning(
         f"the largest torque ({torque:.3g} N m) is {torque / usual:.2g} times what a propeller "

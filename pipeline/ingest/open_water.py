@@ -23,6 +23,7 @@ from pipeline.ingest.open_water_coefficients import (
     coefficients,
     doubt,
     efficiency,
+    far_from_pitch,
     impossible,
     over_pi,
 )
@@ -224,9 +225,16 @@ def _impossible(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> l
 def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
     """Compare with the efficiency column; without one, look for what cannot be true."""
     yield from _against_raw(table, used)
+    points = [found for _, found in used]
     check = _efficiency_check(used)
+    pitch = far_from_pitch(points, table.vehicle.propeller.pitch_ratio)
+    if pitch:
+        what = (
+            f"{pitch}: the speed or the shaft speed is in another unit, or the propeller another."
+        )
+        yield table.at(table.head).warning(what, "", _CHECK_SIGN)
     if check is None:
-        text = doubt([found for _, found in used])
+        text = doubt(points)
         if text:
             yield table.at(table.head).warning(f"{text}", "", _CHECK_COLUMN)
         return

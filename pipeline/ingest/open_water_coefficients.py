@@ -166,6 +166,8 @@ def _suspicion(ratio: float) -> str:
 _J_0, _ETA = 0.45, 0.32
 #: K_T must fall to this share for its zero, and the largest efficiency, to be known.
 _FALLS_TO = 0.6
+#: Thrust ends at so much of the pitch ratio.
+_ENDS_OF_PITCH = (0.7, 1.7)
 #: What the name says for V / (pi n D), in nats: the letter lambda is used for both, J is not.
 _NAMED = {"lambda": 1.0, "": 0.0, "J": -1.5}
 
@@ -184,11 +186,9 @@ def over_pi(points: Sequence[Coefficients], name: str, ratio: float | None) -> f
     """
     if ratio is not None:
         return math.inf if abs(ratio * math.pi - 1.0) <= 0.1 else -math.inf
-    both = [(one.advance_ratio, one.thrust_coefficient or 0.0) for one in points]
-    advance, thrust = np.array([one for one in both if one[0] >= 0.0]).reshape(-1, 2).T
-    if thrust.size < 3 or thrust.max() <= 0.0 or thrust.min() > _FALLS_TO * thrust.max():
+    ends = no_thrust_at(points)
+    if ends is None:
         return None
-    slope, constant = np.polyfit(advance, thrust, 1)
     best = max(
         (
             efficiency(one.advance_ratio, one.thrust_coefficient, one.torque_coefficient)
@@ -197,9 +197,7 @@ def over_pi(points: Sequence[Coefficients], name: str, ratio: float | None) -> f
         ),
         default=0.0,
     )
-    if slope >= 0.0 or constant <= 0.0:
-        return None
-    score = _NAMED[name] - 3.0 * math.log(-constant / slope / _J_0)
+    score = _NAMED[name] - 3.0 * math.log(ends / _J_0)
     return score - (4.0 * math.log(best / _ETA) if best > 0.0 else 0.0)
 
 
@@ -225,6 +223,32 @@ def impossible(points: Sequence[Coefficients]) -> str:
     if least_of and np.corrcoef(advance, thrust)[0, 1] > _RISES:
         return "K_T grows with J: the sign of the speed"
     return ""
+
+
+def no_thrust_at(points: Sequence[Coefficients]) -> float | None:
+    """Return the J at which a straight line through K_T is zero; None where it is not known."""
+    both = [(one.advance_ratio, one.thrust_coefficient or 0.0) for one in points]
+    advance, thrust = np.array([one for one in both if one[0] >= 0.0]).reshape(-1, 2).T
+    if thrust.size < 3 or thrust.max() <= 0.0 or thrust.min() > _FALLS_TO * thrust.max():
+        return None
+    slope, constant = np.polyfit(advance, thrust, 1)
+    return None if slope >= 0.0 or constant <= 0.0 else float(-constant / slope)
+
+
+def far_from_pitch(points: Sequence[Coefficients], pitch_ratio: float | None) -> str:
+    """Say where thrust ends far from the J at which a screw of that pitch slips no more.
+
+    >>> far_from_pitch([Coefficients(2.0 * j, 0.3 * (0.7 - j), None) for j in (0, 0.3, 0.6)], 0.6)
+    'K_T is zero at J = 1.4, a screw of pitch ratio 0.6 has that at 0.42 to 1.02'
+    """
+    ends = no_thrust_at(points)
+    least, most = (one * (pitch_ratio or math.nan) for one in _ENDS_OF_PITCH)
+    if ends is None or not (ends < least or ends > most):
+        return ""
+    return (
+        f"K_T is zero at J = {ends:.3g}, a screw of pitch ratio {pitch_ratio:g} has that at "
+        f"{least:.3g} to {most:.3g}"
+    )
 
 
 def doubt(points: Sequence[Coefficients]) -> str:

@@ -9,6 +9,7 @@ from bench_workbooks import vehicle
 from pipeline.errors import Problem
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.ingest.open_water import read_open_water
 from pipeline.records.measurements import LoadTestRecord, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -182,3 +183,52 @@ def test_a_code_of_few_different_torques_is_read(tmp_path: Path) -> None:
     """Two torques by turns tell no polynomial of second degree."""
     rows = [(60, 264.0, 0.154), (60, 192.0, 0.103)] * 12
     assert len(read(tmp_path, text(HEAD, rows)).points) == len(rows)
+
+
+def with_power(rows: Rows, unit: float, efficiency: float = 0.6) -> str:
+    """The same drive with supply beside it; the torque in a unit that its head does not name."""
+    lines = [
+        (code, rpm, torque / unit, 24.0, round(torque * rpm * np.pi / 30.0 / efficiency / 24.0, 4))
+        for code, rpm, torque in rows
+    ]
+    return text("code,speed rpm,torque N m,voltage V,current A", lines)
+
+
+@pytest.mark.parametrize(("unit", "told"), [(1.0, False), (10.2, True), (100.0, True)])
+def test_a_torque_that_makes_no_power(unit: float, told: bool, tmp_path: Path) -> None:
+    said = [one.what for one in read(tmp_path, with_power(drive(), unit)).problems]
+    assert any("efficiency comes out as" in one for one in said) == told
+
+
+def test_zeros_where_no_torque_was_written_are_left_out(tmp_path: Path) -> None:
+    rows = drive()
+    for at in (3, 9, 14):
+        rows[at] = (*rows[at][:2], 0.0)
+    record = read(tmp_path, text(HEAD, rows))
+    assert len(fitted(record)) == len(rows) - 3
+    assert any("the torque is 0 in rows 5, 11, 16" in one.what for one in record.problems)
+
+
+def test_a_shaft_without_load_is_a_reading(tmp_path: Path) -> None:
+    rows = [(code, 3000 * code / 127, 0.0) for code in CODES]
+    record = read(tmp_path, text(HEAD, [*rows, *drive()]))
+    assert len(fitted(record)) == len(rows) + len(drive())
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (2.0, True), (0.5, True)])
+def test_a_speed_of_advance_that_the_pitch_does_not_know(
+    factor: float, told: bool, tmp_path: Path
+) -> None:
+    known = vehicle().model_dump()
+    known["propellers"] = {
+        name: {**one, "diameter_m": 0.14, "pitch_ratio": 0.6}
+        for name, one in known["propellers"].items()
+    }
+    advance = np.linspace(0.0, 0.66, 12)
+    rows = [(20.0 * 60.0, factor * 20.0 * 0.14 * j, 998.0 * 400.0 * 0.14**4 * (0.3 - 0.44 * j))
+            for j in advance.tolist()]  # fmt: skip
+    path = tmp_path / "trial" / "open_water" / "tank.csv"
+    path.parent.mkdir(parents=True)
+    path.write_text(text("rpm,speed m/s,thrust N", rows))
+    record = read_open_water([path], Vehicle.model_validate(known), tmp_path)
+    assert any("a screw of pitch ratio" in one.what for one in record.problems) == told
