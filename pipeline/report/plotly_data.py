@@ -128,7 +128,7 @@ def _end(trace: Trace, suffix: str) -> list[Json]:
     if not trace.end or not there.size:
         return []
     at = {"x": float(trace.x[there[-1]]), "y": float(trace.values[there[-1]])}
-    place = {**at, "yref": f"y{suffix}", "xanchor": "left", "showarrow": False}
+    place = {**at, "yref": f"y{suffix}", "xanchor": "left", "xshift": 4, "showarrow": False}
     return [{**place, "text": text_of(trace.end), "font": {"size": 11}}]
 
 

@@ -157,6 +157,6 @@ def _paint_trace(axes: Axes, trace: Trace, buckets: int) -> Line2D:
     if trace.end and there.size:
         at = (float(x[there[-1]]), float(values[there[-1]]))
         axes.annotate(
-            translate(trace.end), at, (3, 0), textcoords="offset points", va="center", fontsize=8
+            translate(trace.end), at, (3, 0), textcoords="offset points", va="center", fontsize=7
         )
     return line
