@@ -4,7 +4,8 @@ What a run leaves after a change is white once it was filtered, if the change is
 line that catches and lets go, or a current in gusts, leaves means of blocks that scatter by more
 than readings within them do. The ratio of both (one-way analysis of variance) does not depend on
 how noisy a run is. How large it is without such a force, and how much that differs from run to run
-in all channels alike, as manoeuvres do, the sound runs say, each left out in turn.
+in all channels alike, as manoeuvres do, the sound runs say, each left out in turn. They also say
+how often a single channel stands out: that which a manoeuvre moves, if no other run moves it.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,8 @@ _MEANS, _MEAN_WIDTH = np.linspace(-1.0, 1.5, 11), 0.4
 _SPREADS, _SPREAD_SCALE = np.array([0.1, 0.3, 0.6, 1.0, 1.5, 2.0]), 0.5
 #: A force adds so many times the ordinary ratio, each as plausible; a channel shows it or not.
 _FORCE, _SHOWN = np.log(np.geomspace(2.0, 100.0, 25)), 0.5
+#: Shares of channels that stand out without such a force; the smaller, the more plausible.
+_STAND_OUT = np.array([0.001, 0.003, 0.01, 0.03, 0.1, 0.3])
 
 
 def block_ratios(left: FloatArray, period_s: float) -> FloatArray:
@@ -58,22 +61,35 @@ def log_odds(sound: Sequence[FloatArray], asked: Sequence[FloatArray]) -> float:
 def _both(
     sound: Sequence[FloatArray], asked: Sequence[FloatArray], freedom: tuple[float, float]
 ) -> FloatArray:
-    """Log evidence (2, n) of all runs without and with a force, for each mean and spread."""
+    """Log evidence (2, n) of all runs without and with a force, for each mean, spread and share."""
     means, spreads = (one.ravel() for one in np.meshgrid(_MEANS, _SPREADS))
     levels = stats.norm.logpdf(_LEVELS, means[:, None], spreads[:, None])
-    ordinary = -0.5 * (means / _MEAN_WIDTH) ** 2 - spreads / _SPREAD_SCALE
-    for one in sound:
-        own = _log_density(one, _LEVELS, freedom)
-        ordinary += logsumexp(levels + own.sum(axis=0), axis=1)
+    prior = -0.5 * (means / _MEAN_WIDTH) ** 2 - spreads / _SPREAD_SCALE
+    ordinary = prior - 0.5 * np.log(_STAND_OUT)[:, None]
+    known = [_channels(one, freedom) for one in sound]
+    ordinary += sum(_run(levels, *one, _STAND_OUT) for one in known)
     forced = ordinary.copy()
     for one in asked:
-        without = _log_density(one, _LEVELS, freedom)
-        shifted = _log_density(one, _LEVELS[:, None] + _FORCE, freedom)
-        more = logsumexp(shifted, axis=2, b=_SHOWN / _FORCE.size)
-        either = np.logaddexp(np.log(1.0 - _SHOWN) + without, more)
-        ordinary += logsumexp(levels + without.sum(axis=0), axis=1)
-        forced += logsumexp(levels + either.sum(axis=0), axis=1)
-    return np.stack([ordinary, forced])
+        own = _channels(one, freedom)
+        ordinary += _run(levels, *own, _STAND_OUT)
+        forced += _run(levels, *own, _SHOWN + (1.0 - _SHOWN) * _STAND_OUT)
+    return np.stack([ordinary.ravel(), forced.ravel()])
+
+
+def _channels(ratios: FloatArray, freedom: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Log densities (c, levels) of the channels of a run, as they are and where one stands out."""
+    more = logsumexp(
+        _log_density(ratios, _LEVELS[:, None] + _FORCE, freedom), axis=2, b=1.0 / _FORCE.size
+    )
+    return _log_density(ratios, _LEVELS, freedom), more
+
+
+def _run(levels: FloatArray, plain: FloatArray, more: FloatArray, share: FloatArray) -> FloatArray:
+    """Log density (s, n) of a run in which channels stand out by these shares (s,), each alone."""
+    each = np.logaddexp(
+        np.log1p(-share)[:, None, None] + plain, np.log(share)[:, None, None] + more
+    )
+    return np.asarray(logsumexp(levels + each.sum(axis=1)[:, None], axis=2))
 
 
 def _log_density(

@@ -32,13 +32,22 @@ def test_the_ratio_is_that_of_an_analysis_of_variance() -> None:
 
 
 def test_a_pull_for_a_sixth_of_a_run_shows_and_noise_does_not() -> None:
-    sound = [ratios(seed) for seed in range(3)]
+    sound = [ratios(seed) for seed in range(6)]
     assert log_odds(sound, [ratios(10), ratios(11)]) < 0.0
-    assert log_odds(sound, [ratios(10), ratios(11, pull=4.0)]) > 3.0
+    assert log_odds(sound, [ratios(10), ratios(11, pull=4.0)]) > 2.5
     # where sound runs are pulled as well it is ordinary
     pulled = [ratios(seed, pull=4.0) for seed in range(3)]
     less = log_odds(pulled, [ratios(11, pull=4.0)])
     assert less < log_odds(sound, [ratios(11, pull=4.0)]) - 2.0
+
+
+def test_a_channel_that_stands_out_in_each_sound_run_is_ordinary() -> None:
+    """No other run shows the manoeuvre that moves it."""
+    own = [np.array([40.0 if c == run else 1.0 for c in range(6)]) for run in range(3)]
+    asked = [np.array([1.0, 1.0, 1.0, 40.0, 1.0, 1.0])]
+    even = [np.ones(6)] * 3
+    assert log_odds(even, asked) > 1.5
+    assert log_odds(own, asked) < 0.5
 
 
 def test_runs_too_short_for_blocks_say_nothing() -> None:
