@@ -42,6 +42,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.partial_regression import bounded, less_known, solve, widened
 from pipeline.identify.run_motion import RunMotion, run_motion
 from pipeline.physics.parameters import read
+from pipeline.physics.window_sums import sums_over
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, hull_wrench, levers, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
@@ -231,9 +232,7 @@ def _thrust(packed: PackedVehicle, motion: RunMotion, run: RunTable, delay_s: fl
 
 def _means(signal: FloatArray, start: IntArray, width: int) -> FloatArray:
     """Means (k, ...) of a signal (m, ...) over `width` rows from each start."""
-    total = np.concatenate([np.zeros((1, *signal.shape[1:])), np.cumsum(signal, axis=0)])
-    last = len(signal)
-    return np.asarray((total[np.minimum(start + width, last)] - total[start]) / width)
+    return sums_over(signal, start, np.minimum(start + width, len(signal))) / width
 
 
 def _all_axes(

@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_meant import Reading, meant_otherwise
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
+from pipeline.physics.window_sums import sums_over
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -110,9 +111,8 @@ def _readings(channel: RunChannel, table: RunTable) -> list[Reading]:
 def _ways(values: FloatArray, rows: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Add values (n, k) up over each window, and say which windows have all their rows."""
     begin = np.arange(0, values.shape[0] - _WINDOW, _STEP)
-    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    count = np.concatenate([[0], np.cumsum(rows)])
-    return total[begin + _WINDOW] - total[begin], count[begin + _WINDOW] - count[begin] == _WINDOW
+    whole = sums_over(rows.astype(float), begin, begin + _WINDOW) == _WINDOW
+    return sums_over(values, begin, begin + _WINDOW), whole
 
 
 def _agreement(

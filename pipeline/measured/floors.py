@@ -19,6 +19,7 @@ from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import injected, thrust_wrench
 from pipeline.measured.motion import measured_motion
+from pipeline.physics.window_sums import means_over
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray
@@ -126,12 +127,10 @@ def _times(run: RunTable) -> tuple[int, IntArray]:
 def _halves(packed: PackedVehicle, wrench: FloatArray, run: RunTable) -> FloatArray:
     """Mean acceleration (k, 2, 6) by a wrench in both halves of the second from each row."""
     ahead, rows = _times(run)
-    rates = np.linalg.solve(mass_of(packed.vector), wrench.T).T
-    total = np.concatenate([np.zeros((1, 6)), np.cumsum(rates, axis=0)])
+    rates = np.asarray(np.linalg.solve(mass_of(packed.vector), wrench.T).T, float)
     middle = rows + ahead // 2
-    first = (total[middle] - total[rows]) / (ahead // 2)
-    second = (total[rows + ahead] - total[middle]) / (ahead - ahead // 2)
-    return np.stack([first, second], axis=1)
+    halves = means_over(rates, rows, middle), means_over(rates, middle, rows + ahead)
+    return np.stack(halves, axis=1)
 
 
 def _sampled(

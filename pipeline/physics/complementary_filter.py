@@ -8,6 +8,7 @@ Aerosp. Electron. Syst. 11(3), 321-325; here on both sides of a reading, as all 
 
 import numpy as np
 
+from pipeline.physics.window_sums import means_over
 from pipeline.types import BoolArray, FloatArray
 
 #: Readings over so long say what level a velocity has. The same for all runs: what noise is left
@@ -59,11 +60,9 @@ def followed(
 
 def _mean_about(values: FloatArray, side: int) -> FloatArray:
     """Mean of as many values before each as after it, at most `side`."""
-    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     rows = np.arange(len(values))
     reach = np.minimum(side, np.minimum(rows, rows[::-1]))
-    low, high = rows - reach, rows + reach + 1
-    return np.asarray((total[high] - total[low]) / (high - low)[:, None])
+    return means_over(values, rows - reach, rows + reach + 1)
 
 
 def _spread(error: FloatArray) -> float:

@@ -10,6 +10,7 @@ from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.known import Reference
 from pipeline.effects.effect import AXES
+from pipeline.physics.window_sums import sums_over
 from pipeline.records.diagnosis import (
     ChannelGap,
     Gap,
@@ -35,8 +36,8 @@ _LEAST_GAP = 1.1
 def _sums(values: FloatArray, period_s: float) -> FloatArray:
     """Add one-step remainders (k, c) up over `AHEAD_S`."""
     count = max(round(AHEAD_S / period_s), 1)
-    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    return np.asarray(total[count:] - total[:-count])
+    first = np.arange(len(values) - count + 1)
+    return sums_over(values, first, first + count)
 
 
 def _rms(values: Sequence[FloatArray]) -> FloatArray:

@@ -23,6 +23,7 @@ from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
+from pipeline.physics.window_sums import means_over
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
@@ -228,9 +229,7 @@ def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, 
 
 def _mean(values: FloatArray, rows: IntArray) -> FloatArray:
     """Mean over the period that ends at each row; the first row has the second's."""
-    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
-    steps = np.maximum(np.diff(rows), 1).reshape(-1, *[1] * (values.ndim - 1))
-    found = (total[rows[1:]] - total[rows[:-1]]) / steps
+    found = means_over(values, rows[:-1], np.maximum(rows[1:], rows[:-1] + 1))
     return np.concatenate([found[:1], found])
 
 
@@ -246,10 +245,7 @@ def _about(  # noqa: PLR0917 - one caller
     if run.pause_s(quantity) > 0.6 * period_s:
         return np.asarray(values[rows])
     half = max(round(period_s / row_s / 2.0), 1)
-    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    last = np.minimum(rows + half, len(values))
-    first = np.maximum(rows - half, 0)
-    return np.asarray((total[last] - total[first]) / (last - first)[:, None])
+    return means_over(values, np.maximum(rows - half, 0), np.minimum(rows + half, len(values)))
 
 
 def _sinking(sunk_m: FloatArray, rows: IntArray, row_s: float, period_s: float) -> FloatArray:
