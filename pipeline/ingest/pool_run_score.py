@@ -48,6 +48,28 @@ class Sums:
             np.where(known, np.maximum(along, 0.0) ** 2 / np.where(known, power, 1.0), 0.0)
         )
 
+    def left_by_own_gains(self, arms: FloatArray, most: float) -> float:
+        """Return the share of the motion that is left where causes have gains of their own.
+
+        On each axis they are up to `most` times more or less than the common one.
+        """
+        from scipy.optimize import lsq_linear
+
+        gained = 0.0
+        for axis, power in enumerate(self.power(arms)):
+            arm = arms[:, axis]
+            common = float(self.along[axis] @ arm) / max(float(power), _NONE)
+            acts = np.flatnonzero(np.abs(arm) > 1e-6 * np.abs(arms).max())
+            if common <= 0.0 or not acts.size:
+                continue
+            both = self.causes[np.ix_(acts, acts)] * np.outer(arm[acts], arm[acts])
+            root = np.linalg.cholesky(both + 1e-9 * np.trace(both) * np.eye(acts.size)).T
+            along = arm[acts] * self.along[axis, acts]
+            bounds = (common / most, common * most)
+            gain = lsq_linear(root, np.linalg.solve(root.T, along), bounds).x
+            gained += float(2.0 * along @ gain - gain @ both @ gain)
+        return 1.0 - gained / max(float(np.trace(self.motion)), _NONE)
+
 
 @dataclass(frozen=True)
 class Meaning:

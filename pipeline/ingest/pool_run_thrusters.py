@@ -11,6 +11,7 @@ from pipeline.ingest.pool_run_late import Late, late_by
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
+    Sums,
     about_down,
     left_of,
     rearranged,
@@ -31,6 +32,9 @@ _LEAST_WITHOUT_ATTITUDE = 0.6
 #: whole run and in each half of it.
 _MOST_LEFT, _MOST_LEFT_OF_HALF = 0.75, 0.95
 _ALIKE, _MOST_ALIKE = 1.05, 3
+#: And at most this share of what those as stated leave, where each pushes up to so many times more
+#: or less than the vehicle file says.
+_OF_OWN_GAINS, _GAINS = 0.9, 2.0
 #: Moments as stated have this share of the power that they would have otherwise, at the least:
 #: where commands hardly ask for a moment, little of it is theirs.
 _LEAST_ASKED = 0.05
@@ -80,7 +84,10 @@ def thrusters_against_rates(
         [np.cross(stated[name].position_m, stated[name].direction) for name in found.names]
     )
     knows_down = "attitude" in run.channels
-    own, *others = _meanings(found, arms)
+    whole, *_ = sums = sums_of_parts(
+        found.acceleration, found.effort, np.ones(len(found.effort), np.bool_)
+    )
+    own, *others = _meanings(found, arms, sums)
     least = _LEAST_EXPLAINED if knows_down else _LEAST_WITHOUT_ATTITUDE
     better = sorted(
         (
@@ -100,7 +107,8 @@ def thrusters_against_rates(
     ):
         yield _told_late(late, place)
         return
-    if not better:
+    # thrusters as stated, of which some push more than others, are likelier than other ones
+    if not better or better[0].left[0] > _OF_OWN_GAINS * whole.left_by_own_gains(arms, _GAINS):
         return
     best = better[0]
     equal = [one.how for one in better[1:] if one.left[0] < _ALIKE * best.left[0]]
@@ -115,10 +123,8 @@ def thrusters_against_rates(
     )
 
 
-def _meanings(found: _Turning, arms: FloatArray) -> Iterator[Meaning]:
+def _meanings(found: _Turning, arms: FloatArray, sums: list[Sums]) -> Iterator[Meaning]:
     """Score the moments as they are stated, then with other arms, then rates in other axes."""
-    every = np.ones(len(found.effort), np.bool_)
-    sums = sums_of_parts(found.acceleration, found.effort, every)
     stated = sums[0].power(arms)
     for how, changed in [("", arms), *rearranged(arms, found.names)]:
         # thrusters that push alike turn a vehicle whose centre of mass is not in their line

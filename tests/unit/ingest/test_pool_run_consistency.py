@@ -323,3 +323,24 @@ def test_a_pressure_in_bars(tmp_path: Path) -> None:
         json_topic("/pressure", times, [{"pressure": one} for one in bars]),
     ]
     assert "bar, dbar, psi" in warnings_of(tmp_path, topics)
+
+
+def test_thrusters_that_push_more_and_less_than_stated_are_not_swapped(tmp_path: Path) -> None:
+    """Two that pitch the vehicle alike, one strong and one weak, look like each other."""
+    thrusters = [
+        one.model_copy(update={"position_m": (-0.8, 0.0, 0.0), "direction": (0.0, 0.0, 1.0)})
+        if one.name == "side"
+        else one
+        for one in rov().thrusters
+    ]
+    vehicle = rov().model_copy(update={"thrusters": tuple(thrusters)})
+    arms = np.array([np.cross(one.position_m, one.direction) for one in thrusters])
+    arms *= np.array([1.0, 1.0, 1.4, 0.55])[:, None]
+    codes, _ = excited(3)
+    thrust = 20.0 * codes / 100.0 * np.abs(codes / 100.0)
+    push = 0.01 * (thrust @ arms) / [1.0, 2.0, 2.0]
+    rate = np.zeros((len(codes), 3))
+    for k in range(1, len(codes)):
+        rate[k] = 0.985 * rate[k - 1] + push[k - 1]
+    rate += 0.003 * np.random.default_rng(4).standard_normal(rate.shape)
+    assert "swapped" not in warnings_of(tmp_path, topics_of(codes, rate), vehicle)
