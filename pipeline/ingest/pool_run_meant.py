@@ -42,6 +42,8 @@ _MOST_LEFT_OF_HALF = 0.75
 _AGREES = 0.1
 #: Readings that leave so little more than the best are told beside it, up to so many.
 _ALIKE, _MOST_TOLD = 0.03, 3
+#: A current that a vehicle may drift in [m/s]; rows that tell it.
+_CURRENT_MPS, _ENOUGH_ROWS = 0.5, 2_000
 _TURNS_DEG = range(-165, 181, 15)
 _PORT_AND_UP = np.diag([1.0, -1.0, -1.0])
 #: Where three beams of a DVL look, clockwise from the bow: opposite, round, three in all. [deg]
@@ -126,6 +128,14 @@ def _by_push(
     found = list(
         _meanings(readings, lambda one: _with_arms(pushes(one), arms, knows_depth=knows_depth))
     )
+    if "attitude" in table.values:
+        push = [one[:, :-1] @ arms for one in lagging]
+        for one in push:
+            one[:, 2] = by_depth[:, 0] if knows_depth else one[:, 2]
+        found[0] = min(
+            [found[0], *(_in_a_current(readings[0].velocity, one, table, rows) for one in push)],
+            key=lambda one: float(one.left[0]),
+        )
     moved, changed = (pushes(readings[0].velocity, centred=centred) for centred in (False, True))
     as_stated = left(changed, arms)
     for how, other in rearranged(arms, table.thrusters):
@@ -133,6 +143,31 @@ def _by_push(
         if (left(changed, other) <= _MOST_LEFT_OF_HALF * as_stated).all():
             found.append(Meaning(left(moved, other), how, how))
     return _told(found, "the push of the thrusters")
+
+
+def _in_a_current(
+    velocity: FloatArray, push: FloatArray, table: RunTable, rows: BoolArray
+) -> Meaning:
+    """Score a velocity as it was read, in water that moves: a drift is none of the thrusters'."""
+    from scipy.optimize import lsq_linear
+
+    there = np.flatnonzero(rows & np.isfinite(table.values["attitude"]).all(axis=1))
+    there = there[:: 1 + there.size // _ENOUGH_ROWS]
+    attitude, none = table.values["attitude"][there], np.zeros(3)
+    causes = np.zeros((there.size, 3, 5))
+    causes[:, range(3), range(3)] = push[there]
+    for axis in (0, 1):
+        earth = none.copy()
+        earth[axis] = 1.0
+        causes[:, :, 3 + axis] = into_body(np.tile(earth, (there.size, 1)), attitude)
+    bounds = ([0.0] * 3 + [-_CURRENT_MPS] * 2, [np.inf] * 3 + [_CURRENT_MPS] * 2)
+    found = lsq_linear(causes.reshape(-1, 5), velocity[there].ravel(), bounds).x
+    rest = ((velocity[there] - causes @ found) ** 2).sum(axis=1)
+    power = (velocity[there] ** 2).sum(axis=1)
+    half = there.size // 2
+    parts = (slice(None), slice(0, half), slice(half, None))
+    left = np.array([rest[part].sum() / max(float(power[part].sum()), 1e-9) for part in parts])
+    return Meaning(left, "", "")
 
 
 def _with_arms(

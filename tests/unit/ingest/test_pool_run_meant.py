@@ -164,3 +164,26 @@ def test_swapped_thrusters_show_in_the_velocity(order: list[int], two: str, tmp_
     moved.codes = moved.codes[:, order]
     said = warned(tmp_path, moved, moved.velocity, ())
     assert f"% if {two} are swapped" in said
+
+
+def hovering(seed: int, current_mps: tuple[float, float]) -> Motion:
+    """A vehicle that is held against a current at a steady heading, and does not quite stay."""
+    generator = np.random.default_rng(seed)
+    codes = np.tile([30.0, 30.0, 0.0, 20.0], (1200, 1)) + generator.normal(0.0, 2.0, (1200, 4))
+    thrust = codes * np.abs(codes) / 100.0**2
+    push = thrust @ np.array([one.direction for one in rov().thrusters])
+    turn = Rotation.from_euler("z", 0.3 + 0.02 * np.sin(0.02 * np.arange(1200))[:, None])
+    drift = turn.inv().apply([*current_mps, 0.0])
+    noise = generator.normal(0.0, 0.01, (1200, 6))
+    velocity = lagging(push * [0.5, 0.3, 0.2], 2.0) + drift + noise[:, :3]
+    place = np.cumsum(turn.apply(velocity), axis=0) / HZ + [0.0, 0.0, 5.0]
+    return Motion(codes, velocity, 0.1 * noise[:, 3:], turn, place)
+
+
+@pytest.mark.parametrize("current_mps", [(-0.3, 0.1), (-0.35, -0.2), (0.1, -0.3)])
+@pytest.mark.parametrize("logged", [("attitude", "rates"), ("attitude", "rates", "depth")])
+def test_a_vehicle_that_drifts_in_a_current_is_not_suspected(
+    logged: tuple[str, ...], current_mps: tuple[float, float], tmp_path: Path
+) -> None:
+    moved = hovering(1, current_mps)
+    assert "contradicts the motion" not in warned(tmp_path, moved, moved.velocity, logged)
