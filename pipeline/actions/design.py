@@ -27,6 +27,7 @@ from pipeline.design.tether_thrusters import HeldVehicle
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import write_atomically
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign, TetherDesign
@@ -56,7 +57,7 @@ class AddedMassFound:
     @property
     def text(self) -> str:
         """What is printed: each part's diagonal, then the section."""
-        lines = [f"{self.given.title}; kg and kg m^2 on {_AXES}:"]
+        lines = [f"{as_it_is(self.given.title)}; kg and kg m^2 on {_AXES}:"]
         for part in self.given.parts:
             own = part_added_mass(part, self.given.density_kgpm3).diagonal()
             lines.append(f"  {part.name}: {', '.join(f'{value:.3f}' for value in own)}")
@@ -314,11 +315,11 @@ def _balance_lines(found: BalanceDesign) -> list[str]:
             f"{small.vertical_force_n:.1f} N)"
         )
     texts = [f"  {one.text}" for one in found.saturation]
-    return [found.title, forces, f"  thrusters: {loads} N", *texts]
+    return [as_it_is(found.title), forces, f"  thrusters: {loads} N", *texts]
 
 
 def _propeller_lines(found: PropellerDesign) -> list[str]:
-    lines = [f"{found.title}"]
+    lines = [as_it_is(found.title)]
     points = found.ranked if found.candidate is None else (*found.ranked, found.candidate)
     lines += [
         f"  {point.label}: Z {point.blades}, D {point.diameter_m:.4f} m, P/D "
@@ -331,7 +332,7 @@ def _propeller_lines(found: PropellerDesign) -> list[str]:
 
 
 def _tether_lines(found: TetherDesign) -> list[str]:
-    lines = [f"{found.title}"]
+    lines = [as_it_is(found.title)]
     for variant in found.variants:
         x, y, z, whole = variant.largest_pull_n
         lines.append(

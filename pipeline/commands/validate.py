@@ -8,7 +8,7 @@ import click
 
 from pipeline.commands.common.options import AS_JSON, RAW, RESULTS, to_file
 from pipeline.commands.common.say import end_with, print_json, say
-from pipeline.language import translate
+from pipeline.language import as_it_is, translate
 
 if TYPE_CHECKING:
     from pipeline.records.validation import AllocatorValidation
@@ -59,8 +59,8 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
 def _text(vehicle: str, record: "AllocatorValidation") -> str:
     head = (
         f"{vehicle}: {record.flight_s:g} s of keeping speed, course and depth, disturbed\n"
-        f"  mooring:     {record.mooring_inverse}\n"
-        f"  compensated: {record.compensated_inverse}"
+        f"  {as_it_is('mooring')}: {record.mooring_inverse}\n"
+        f"  {as_it_is('compensated')}: {record.compensated_inverse}"
     )
     parts = [
         head,

@@ -37,7 +37,7 @@ _FIELD = re.compile(r"\{(\d+)\}")
 _QUOTED = re.compile(r"\"\{(\d+)\}\"")
 #: Words of the engineer's files.
 _CITED = re.compile(r'"[^"]*"')
-_EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
+_EDGE = re.compile(r"^(\s*(?:(?:[-•*>]|\d+\.) )?)(.*?)(\s*)$", re.DOTALL)
 #: A line to be put into vehicle.yaml: its key is no word.
 _OF_A_FILE = re.compile(r" {2,}[a-z][a-z0-9_]*: \{")
 _PAIR = re.compile(r"\([^()]*\)")

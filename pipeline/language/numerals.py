@@ -5,9 +5,13 @@ Names stay as they are: files, versions, and whatever stands between quotation m
 
 import re
 
+from pipeline.language.as_it_is import MARKED
+
 _WORDS = re.compile(r"[A-Za-z]{2}")
 #: Names, and what is meant to be typed.
-_QUOTED = re.compile(r'("[^"]*"|`[^`]*`|(?<![\w-])--[a-z][\w-]*[ =][^\s:;]+(?::\S+)?)')
+_QUOTED = re.compile(
+    rf'({MARKED.pattern}|"[^"]*"|`[^`]*`|(?<![\w-])--[a-z][\w-]*[ =][^\s:;]+(?::\S+)?)'
+)
 _DECIMAL = re.compile(
     r"(?<![\w.,/\\#'=@])(?<![A-Za-z]-)(?<!Python )(?<!rig2sea )(?<!version )(?<!версия )"
     r"([−+-]?\d+)\.(\d+(?:e[−+-]?\d+)?)(?!\.?\w|[/\\@])"

@@ -138,6 +138,10 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
             "row 3: thrust is empty in row 3; left out.",
             "строка 3: упор: пусто, строка 3; отброшено.",
         ),
+        (
+            "  1. pseudo-random steps, 60 s: wake fraction",
+            "  1. псевдослучайные ступени, 60 с: коэффициент попутного потока",
+        ),
         ('unknown key "foo" in tables.', 'неизвестный ключ "foo" в разделе "tables".'),
         (
             "a.xlsx: 25 formula cell(s) hold no stored value: B2. They count as empty.",

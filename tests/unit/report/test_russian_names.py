@@ -8,7 +8,7 @@ import diagnosis_records
 import pytest
 import run_records
 
-from pipeline.language import translate
+from pipeline.language import as_it_is, translate
 from pipeline.reader_language import use
 from pipeline.records.run_notes import RunNotes
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
@@ -33,6 +33,11 @@ def russian() -> Iterator[None]:
     use("ru")
     yield
     use("en")
+
+
+def test_numbers_of_a_title_keep_their_points() -> None:
+    said = translate(f"{as_it_is('AUV of 2.10 m')}; kg and kg m^2 on surge, sway:")
+    assert said.startswith("AUV of 2.10 m; кг")
 
 
 def test_runs_of_a_diagnosis_keep_their_names() -> None:
