@@ -220,7 +220,7 @@ def impossible(points: Sequence[Coefficients]) -> str:
     if (thrust <= 0.0).all():
         return "K_T is negative throughout: the sign of the thrust sensor"
     least_of = thrust.size >= _LEAST_POINTS and np.ptp(thrust) > _FALLS * largest
-    if least_of and np.corrcoef(advance, thrust)[0, 1] > _RISES:
+    if least_of and np.ptp(advance) > 0.0 and np.corrcoef(advance, thrust)[0, 1] > _RISES:
         return "K_T grows with J: the sign of the speed"
     return ""
 
@@ -229,7 +229,9 @@ def no_thrust_at(points: Sequence[Coefficients]) -> float | None:
     """Return the J at which a straight line through K_T is zero; None where it is not known."""
     both = [(one.advance_ratio, one.thrust_coefficient or 0.0) for one in points]
     advance, thrust = np.array([one for one in both if one[0] >= 0.0]).reshape(-1, 2).T
-    if thrust.size < 3 or thrust.max() <= 0.0 or thrust.min() > _FALLS_TO * thrust.max():
+    if thrust.size < 3 or min(np.ptp(advance), thrust.max()) <= 0.0:
+        return None
+    if thrust.min() > _FALLS_TO * thrust.max():
         return None
     slope, constant = np.polyfit(advance, thrust, 1)
     return None if slope >= 0.0 or constant <= 0.0 else float(-constant / slope)

@@ -58,7 +58,8 @@ def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | No
     rho, diameter = vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
     area = math.pi / 4.0 * diameter**2
     speed_rps = np.array([abs(point.shaft_speed_rpm or math.nan) for point in used]) / 60.0
-    k_t = _median((thrust / (rho * speed_rps**2 * diameter**4))[large])
+    with np.errstate(divide="ignore"):  # the square of a very small speed
+        k_t = _median((thrust / (rho * speed_rps**2 * diameter**4))[large])
     merit = _median(_merit(table, used, thrust, rho * area)[large])
     pressure_pa = float(thrust.max()) / area
     usual = math.sqrt(_USUAL_K_T[0] * _USUAL_K_T[1])
