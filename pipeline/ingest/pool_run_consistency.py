@@ -11,9 +11,9 @@ from pipeline.ingest.pool_run_down import (
     doubtful_depths,
     down_against_level,
     gravity_against_attitude,
-    gravity_against_rates,
     position_against_depth,
     turning,
+    turning_of_gravity,
 )
 from pipeline.ingest.pool_run_late import lags
 from pipeline.ingest.pool_run_resample import TABLE_HZ, on_one_base, thrusters_of
@@ -41,6 +41,7 @@ _FACTORS = (
 _CLEARLY = 0.9
 #: Rates of axes that do not go together at all, and what is too slow to tell. [-, rad/s]
 _UNCLEAR, _LEAST_RATE_RADPS = 0.5, 1e-3
+_FEWEST_ROWS = 100
 _AXES = ("roll", "pitch", "yaw")
 #: More than a turn a second is no vehicle's: these are degrees. [rad/s]
 _FAST_RADPS = 2.0 * np.pi
@@ -68,7 +69,6 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     try:  # what follows lays the readings on a common time base
         table = on_one_base(run)
         yield from contradictions(run, vehicle, place, table)
-        yield from gravity_against_rates(run, table, place)
         yield from position_against_depth(run, table, place)
         yield from _shaft_against_command(run, table, place)
         yield from thrusters_against_rates(run, table, vehicle, place)
@@ -89,7 +89,7 @@ def contradictions(
     """
     yield from depth_too_fast(run, table, place)
     yield from gravity_against_attitude(run, table, place)
-    yield from _attitude_against_rate(run, table, place)
+    yield from _turning_against_rates(run, table, place)
     yield from velocity_against_motion(run, vehicle, place)
     yield from lags(run, table, vehicle, place)
 
@@ -200,62 +200,74 @@ def _factor(ratio: float, tolerance: float = 0.1) -> str:
     return ""
 
 
-def _attitude_against_rate(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
-    """Compare rates with what the attitude says; they may have another unit, sign or axes."""
-    if not {"attitude", "angular_velocity"} <= set(table.values):
+def _turning_against_rates(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+    """Compare rates with how the attitude turns, or gravity where there is no attitude.
+
+    They may have another unit, sign or axes.
+    """
+    other = "attitude" if "attitude" in table.values else "specific_force"
+    if not {other, "angular_velocity"} <= set(table.values):
         return
-    rows = table.valid["attitude"] & table.valid["angular_velocity"]
-    if rows.sum() < 100:
-        return
+    rows = table.valid[other] & table.valid["angular_velocity"]
     rows[1:-1] &= rows[:-2] & rows[2:]
     rows[[0, -1]] = False
-    from_attitude = turning(table.values["attitude"], TABLE_HZ)[rows]
-    measured = table.values["angular_velocity"][rows]
-    topic = run.channels["angular_velocity"].topic
+    if rows.sum() < _FEWEST_ROWS:
+        return
+    rate = table.values["angular_velocity"]
+    if other == "attitude":
+        turns, measured = turning(table.values["attitude"], TABLE_HZ)[rows], rate[rows]
+    else:
+        force = np.where(rows[:, None], table.values[other], np.nan)
+        turns, measured = turning_of_gravity(force, rate, TABLE_HZ)
+    if len(turns) < _FEWEST_ROWS:
+        return
+    by, topic = f"{other} ({run.channels[other].topic})", run.channels["angular_velocity"].topic
     remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
-    swapped = _swapped(from_attitude, measured)
+    swapped = _swapped(turns, measured)
     if swapped:
-        other = run.channels["attitude"].topic
         what = (
-            f"the {swapped[0]} rate by the attitude ({other}) is the {swapped[1]} rate of {topic}: "
-            "the axes of one of them are swapped."
+            f"the {swapped[0]} rate by {by} is the {swapped[1]} rate of angular_velocity "
+            f"({topic}): the axes of one of them are swapped."
         )
         yield _warn(place, what, remedy)
         return
 
-    for axis, name in enumerate(_AXES):
-        a, m = from_attitude[:, axis], measured[:, axis]
-        # what hardly moves in one may move in the other, where its unit is another
-        if max(a.std(), m.std()) < 0.02 or min(a.std(), m.std()) < 1e-6:
-            continue
-        correlation = float(np.corrcoef(a, m)[0, 1])
-        if abs(correlation) < 0.7:
-            continue
-        ratio = float(m.std() / a.std())
-        likely = _factor(ratio, tolerance=0.3)
-        if not 0.5 < ratio < 2.0 and (likely or abs(correlation) > _CLEARLY):
-            looks = f": it looks like {likely}" if likely else ""
-            what = f"is {ratio:.3g} times what the attitude says{looks}; or the times are others."
-        elif correlation < 0:
-            what = (
-                f"has the opposite sign of what the attitude says (correlation {correlation:.2f})."
-            )
-        else:
-            continue
-        yield _warn(place, f"the {name} rate ({topic}) {what}", remedy)
+    for name, a, m in zip(_AXES, turns.T, measured.T, strict=False):
+        what = _odd_rate(a, m, by)
+        if what:
+            yield _warn(place, f"the {name} rate ({topic}) {what}", remedy)
 
 
-def _swapped(by_attitude: FloatArray, measured: FloatArray) -> tuple[str, str] | None:
+def _odd_rate(turns: FloatArray, measured: FloatArray, by: str) -> str:
+    """Say how a rate differs from what it should be; nothing where it agrees or hardly moves."""
+    # what hardly moves in one may move in the other, where its unit is another
+    sizes = turns.std(), measured.std()
+    if max(sizes) < 0.02 or min(sizes) < 1e-6:
+        return ""
+    correlation = float(np.corrcoef(turns, measured)[0, 1])
+    ratio = float(sizes[1] / sizes[0])
+    likely = _factor(ratio, tolerance=0.3)
+    if abs(correlation) < 0.7:
+        return ""
+    if not 0.5 < ratio < 2.0 and (likely or abs(correlation) > _CLEARLY):
+        looks = f": it looks like {likely}" if likely else ""
+        return f"is {ratio:.3g} times that by {by}{looks}; or the times are others."
+    if correlation < 0:
+        return f"has the opposite sign of that by {by} (correlation {correlation:.2f})."
+    return ""
+
+
+def _swapped(turns: FloatArray, measured: FloatArray) -> tuple[str, str] | None:
     """Return an axis whose rate another axis has that was measured, and that one; None for none.
 
     Over half a second each: a vehicle that hardly tilts shows its axes, too.
     """
     half = np.full(round(0.5 * TABLE_HZ), 2.0 / TABLE_HZ)
-    both = np.concatenate([by_attitude, measured], axis=1)
+    both, axes = np.concatenate([turns, measured], axis=1), turns.shape[1]
     both = np.stack([np.convolve(one - one.mean(), half, mode="valid") for one in both.T], axis=1)
     alike = np.abs(np.nan_to_num(both.T @ both / len(both)))
     size = np.sqrt(alike.diagonal())
-    alike = (alike / np.maximum(np.outer(size, size), _LEAST_RATE_RADPS**2))[:3, 3:]
+    alike = (alike / np.maximum(np.outer(size, size), _LEAST_RATE_RADPS**2))[:axes, axes:]
     own = alike.diagonal()
     told = (alike > _CLEARLY) & (np.maximum.outer(own, own) < _UNCLEAR)
     found = np.argwhere(told)

@@ -17,9 +17,8 @@ _LEAST_ROWS = 100
 _MOST_APART_DEG = 30.0
 #: Tilts of two degrees tell whether both go with each other, and how far they may be at odds.
 _LEAST_TILT, _MOST_AGAINST = 0.04, 0.3
-#: A second of the table; how fast gravity must turn to compare rates with it. [m/s^3]
-_SMOOTH, _LEAST_TURN = 20, 0.1
-_CLEAR, _MOST_RATIO = 0.7, 3.0
+#: A second of the table.
+_SMOOTH = 20
 #: About half of gravity: less does not say where down is.
 _LEAST_MPS2 = 5.0
 #: No vehicle spends half of a run tilted further, unless it is upside down.
@@ -65,43 +64,26 @@ def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Ite
     )
 
 
-def gravity_against_rates(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
-    """Compare how gravity turns in the body, df/dt = -omega x f, with the rates that turn it.
+def turning_of_gravity(
+    force: FloatArray, rate: FloatArray, rate_hz: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return rates of roll and pitch (k, 2) by how gravity turns, and as they were measured.
 
-    For logs without an attitude, where nothing else shows a unit, a sign or axes of the rates.
+    Of a specific force and rates (n, 3) at `rate_hz`. A vehicle that is about level has
+    df_y / dt = p f_z and df_x / dt = -q f_z. Over a second each, and a second: the noise of an
+    accelerometer is far above its change in a step.
     """
-    needed = {"angular_velocity", "specific_force"}
-    if "attitude" in run.channels or not needed <= set(run.channels):
-        return
-    rows = table.valid["angular_velocity"] & table.valid["specific_force"]
-    force, rate = (table.values[name] for name in ("specific_force", "angular_velocity"))
-    if rows.sum() < _LEAST_ROWS:
-        return
-    kernel = np.full(_SMOOTH, 1.0 / _SMOOTH)
-    turning = np.where(rows[:, None], -np.cross(rate, force), np.nan)
-    force = np.where(rows[:, None], force, np.nan)
-    # over a second each: the noise of an accelerometer is far above its change in a step
-    change = (force[_SMOOTH:] - force[:-_SMOOTH]) * TABLE_HZ / _SMOOTH
-
-    for axis, name in ((1, "roll"), (0, "pitch")):
-        by_rate = np.convolve(turning[:, axis], kernel, mode="valid")[: len(change)]
-        measured = np.convolve(change[:, axis], kernel, mode="same")
-        by_rate = np.convolve(by_rate, kernel, mode="same")
-        good = np.isfinite(by_rate) & np.isfinite(measured)
-        correlation = _correlation(measured[good], by_rate[good], _LEAST_TURN)
-        if correlation is None or abs(correlation) < _CLEAR:
-            continue
-        ratio = float(np.std(by_rate[good]) / np.std(measured[good]))
-        if correlation > 0.0 and 1.0 / _MOST_RATIO < ratio < _MOST_RATIO:
-            continue
-        looks = ": it looks like degrees" if 30.0 < ratio < 100.0 else ""
-        topic = run.channels["angular_velocity"].topic
-        what = (
-            f"the {name} rate ({topic}) is {ratio if correlation > 0 else -ratio:.3g} times that "
-            f"with which gravity turns in the body{looks}."
-        )
-        remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
-        yield place.warning(what, remedy=remedy)
+    second = np.full(_SMOOTH, 1.0 / _SMOOTH)
+    change = (force[_SMOOTH:] - force[:-_SMOOTH]) * rate_hz / _SMOOTH
+    down = float(np.nanmedian(force[:, 2]))
+    if not abs(down) > _LEAST_MPS2:
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    both = np.stack([change[:, 1], -change[:, 0]], axis=1) / down
+    measured = np.stack([np.convolve(one, second, "valid")[:-1] for one in rate[:, :2].T], axis=1)
+    there = np.isfinite(both).all(axis=1) & np.isfinite(measured).all(axis=1)
+    by_gravity = np.stack([np.convolve(one, second, "same") for one in both[there].T], axis=1)
+    measured = np.stack([np.convolve(one, second, "same") for one in measured[there].T], axis=1)
+    return by_gravity, measured
 
 
 def _correlation(first: FloatArray, second: FloatArray, least: float) -> float | None:

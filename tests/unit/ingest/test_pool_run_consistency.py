@@ -290,7 +290,8 @@ def tilting(count: int = 2000) -> tuple[list[int], FloatArray, FloatArray]:
 
 
 @pytest.mark.parametrize(
-    ("factor", "said"), [(1.0, ""), (57.3, "it looks like degrees"), (-1.0, "is -1")]
+    ("factor", "said"),
+    [(1.0, ""), (57.3, "it looks like degrees"), (-1.0, "has the opposite sign")],
 )
 def test_rates_against_the_turning_of_gravity(factor: float, said: str, tmp_path: Path) -> None:
     times, rate, force = tilting()
@@ -301,7 +302,13 @@ def test_rates_against_the_turning_of_gravity(factor: float, said: str, tmp_path
     ]
     warned = warnings_of(tmp_path, topics)
     assert said in warned
-    assert ("turns in the body" in warned) == bool(said)
+    assert ("that by specific_force (/imu/data)" in warned) == bool(said)
+
+
+def test_swapped_rates_show_in_the_turning_of_gravity(tmp_path: Path) -> None:
+    times, rate, force = tilting()
+    said = warnings_of(tmp_path, [imu_topic(times, rate[:, [1, 0, 2]], forces=force)])
+    assert "the axes of one of them are swapped" in said
 
 
 def test_a_position_that_points_up(tmp_path: Path) -> None:
