@@ -1,4 +1,4 @@
-"""What goes wrong between a rig and its file: thirty ways, each with what may be read of it."""
+"""What goes wrong between a rig and its file: thirty-odd ways, each with what may be read of it."""
 
 from collections.abc import Callable
 
@@ -392,11 +392,48 @@ def blank_cells(written: Written, truth: Truth, rng: np.random.Generator) -> boo
     return True
 
 
+def zeros_for_blanks(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
+    """A zero where there was no reading."""
+    column = _main(written, truth)
+    if column is None or truth.kind == "open_water":
+        return False
+    for at in range(2, len(column.cells), 6):
+        column.cells[at] = 0.0
+    return True
+
+
+def sections(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
+    """Sizes alone, and a line of its own over each direction."""
+    words = rng.choice([["Forward", "Reverse"], ["Ahead", "Astern"], ["Вперед", "Назад"]])
+    code = truth.columns.get("code")
+    if code is None or truth.kind != "mooring" or not _without_signs(written, truth, []):
+        return False
+    begins = int(np.flatnonzero(code < 0)[0])
+    for at, one in enumerate(written.columns):
+        one.cells.insert(begins, str(words[1]) if at == 0 else None)
+        one.cells.insert(0, str(words[0]) if at == 0 else None)
+    return True
+
+
+def weak_thruster(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
+    """A second thruster under the first one, weaker, and a column that names them."""
+    column = _main(written, truth)
+    if column is None or truth.kind != "mooring" or not _is_whole(written, truth):
+        return False
+    rows = _rows(written)
+    for one in written.columns:
+        part = 0.7 if one is column else 1.0
+        again = [cell * part if isinstance(cell, float) else cell for cell in one.cells]
+        one.cells = [*one.cells, *again]
+    written.columns.insert(0, Column("", "Thruster", "", [*["T1"] * rows, *["T2"] * rows]))
+    return True
+
+
 CORRUPTIONS: tuple[Corruption, ...] = (
     *(thousands_points, thousands_commas, thousands_lost, kgf_called_newton, grams_called_kg),
     *(unit_missing, unit_row_contradicts, direction_column, direction_lost, row_number_n),
     *(idle_servos, blank_column, electrical_speed, two_load_cells, two_load_cells_and_sum, lever),
     *(one_way_pulses, wide_pulses, settling, ramp, rows_with_stars, sensor_turned, unsigned),
     *(mean_rows, set_point_column, calculated_column, spread_column, second_unit, in_a_flow),
-    *(copied_rows, blank_cells),
+    *(copied_rows, blank_cells, zeros_for_blanks, sections, weak_thruster),
 )
