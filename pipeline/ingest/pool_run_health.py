@@ -225,18 +225,19 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
     and no other reading is near them; where readings `jump` anyway these are not looked for.
     """
     found = np.zeros(values.shape[0], np.bool_)
-    same = (values == values[:, :1]).all(axis=1)
+    same = np.ones(values.shape[0], np.bool_)
+    for column in values.T:
+        same &= column == values[:, 0]
+    if values.shape[1] == 1:  # a number far from all others is the least or the largest
+        same &= (values[:, 0] == np.nanmin(values)) | (values[:, 0] == np.nanmax(values))
     numbers, counts = np.unique(values[same, 0], return_counts=True)
     recurring = numbers[(counts >= _RECURS) & (counts <= 0.5 * values.shape[0])]
-    if values.shape[1] == 1:
-        recurring = recurring[np.isin(recurring, [np.nanmin(values), np.nanmax(values)])]
     zeros = np.zeros(1) if values.shape[1] >= 3 else np.zeros(0)
-    with np.errstate(invalid="ignore"):
-        steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
     for number in np.union1d(recurring[-_MOST_NUMBERS:], zeros):
         at = same & (values[:, 0] == number)
         if not at.any() or at.mean() > 0.5:
             continue
+        steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
         others = values[~at & np.isfinite(values).all(axis=1)]
         inside = np.linalg.norm(np.diff(others, axis=0), axis=1)
         usual = float(np.quantile(inside, 0.95)) if inside.size else 0.0
