@@ -246,7 +246,7 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
         alone = alone and bool((~far & ~at & np.isfinite(values[:, 0])).mean() < _MOST_NEAR)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
         for begin, end in edges.reshape(-1, 2).tolist():
-            ends = [at for at in (begin - 1, end - 1) if 0 <= at < steps.size]
+            ends = [row for row in (begin - 1, end - 1) if 0 <= row < steps.size]
             away = steps[ends] > _DROPOUT_STEPS * usual
             if (alone and away.all()) or (
                 number == 0.0 and zeros.size and end - begin >= 3 and away.any()
