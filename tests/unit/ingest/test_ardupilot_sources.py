@@ -1,4 +1,4 @@
-"""Who speaks in a telemetry log, which outputs drive motors, and which sensors call themselves ill."""
+"""Who speaks in telemetry, which outputs drive motors, and which sensors call themselves ill."""
 
 import struct
 from collections.abc import Callable
@@ -42,7 +42,7 @@ def gimbal(dialect: object, k: int) -> list[tuple[int, int, object]]:
     ]
 
 
-def companion(dialect: object, k: int) -> list[tuple[int, int, object]]:
+def companion(dialect: object, _row: int) -> list[tuple[int, int, object]]:
     return [(42, 191, dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3))]  # type: ignore[attr-defined]
 
 

@@ -1,4 +1,4 @@
-"""Units, axes and flags that nobody states: what the numbers tell is said, and nothing of right ones."""
+"""Units, axes and flags that nobody states: what numbers tell is said, of right ones nothing."""
 
 from pathlib import Path
 
@@ -167,5 +167,5 @@ def test_a_bag_with_all_its_messages_beside_it_is_refused(tmp_path: Path) -> Non
     with sqlite3.connect(path) as database:
         database.execute("DELETE FROM messages")
     Path(f"{path}-wal").write_bytes(b"pages")
-    with pytest.raises(InputError, match="messages in run.db3-wal are not in it yet"):
+    with pytest.raises(InputError, match=r"messages in run\.db3-wal are not in it yet"):
         read_pool_run(path, rov(), tmp_path)
