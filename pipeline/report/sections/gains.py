@@ -52,7 +52,7 @@ def day_gains_section(results: DayResults) -> Blocks:
             gains.runs,
             lambda run: {
                 "Run": as_it_is(run.run),
-                **{name: _cell(cells.get((run.run, name))) for name in gains.runs[0].thrust_std_n},
+                **{name: _cell(cells.get((run.run, name))) for name in _names(gains)},
             },
         )
 
@@ -96,7 +96,7 @@ def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> Blocks
     if not gains.findings:
         rate = f"{100 * gains.false_alarms:g} %"
         yield Text(f"Nothing out of the ordinary (false alarms: {rate} of such sets).")
-    names = list(gains.runs[0].thrust_std_n)
+    names = _names(gains)
     axes = dict.fromkeys(row.axis for row in gains.gains if row.axis != _ALL)
     shown = [_ALL, *(axis for axis in axes if any((name, axis) in rows for name in names))]
     told = [rows[name, _ALL] for name in names if (name, _ALL) in rows]
@@ -123,6 +123,11 @@ def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> Blocks
     if gains.not_judged:
         why = "; ".join(f"{as_it_is(name)}: {why}" for name, why in gains.not_judged.items())
         yield Text(f"Not judged: {why}.")
+
+
+def _names(gains: ThrusterGains) -> list[str]:
+    """Thrusters in the order of the vehicle file."""
+    return list(dict.fromkeys(row.thruster for row in gains.gains))
 
 
 def _cell(row: Row | None) -> str:

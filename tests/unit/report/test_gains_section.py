@@ -105,6 +105,14 @@ def test_the_page_of_a_run_has_table_picture_finding_and_reference() -> None:
     assert table.rows[1][2:] == ("–", "–")
 
 
+def test_thrusters_stand_in_the_order_of_the_vehicle_file() -> None:
+    """A stored record sorts its keys, so that the order is that of the rows."""
+    turned = GAINS.model_copy(update={"gains": (*GAINS.gains[2:], *GAINS.gains[:2])})
+    blocks = run_gains_section(trial(turned)).blocks
+    table = next(one for one in blocks if isinstance(one, Table))
+    assert [row[0] for row in table.rows] == ["right", "left"]
+
+
 def test_a_run_without_gains_says_why() -> None:
     """The reason stands in the section, which is not linked as available."""
     section = run_gains_section(trial(None, "the vehicle has no model."))
