@@ -37,10 +37,10 @@ _STEPS = 3
 _STAYS = 0.05
 #: A step up to which what is stated keeps its derivatives at the end of it.
 _NEAR = 0.15
-#: Answers that are looked at, and how probable they are at least.
+#: Answers whose values are estimated anew, and how probable they are at least.
 _MOST_ANSWERS, _PROBABLE = 2, 0.01
-#: Steps, at most, and by how much no departure of the answer moves when it stays (in deviations).
-_STEPS, _STAYS = 8, 0.1
+#: Steps to their values, at most, and by how much none moves when it stays (in deviations).
+_STEPS_TO_VALUES, _VALUES_STAY = 8, 0.1
 #: Log evidence by which a step may be worse, and steps that are taken at once at most.
 _WORSE, _MOST_AHEAD = 5.0, 4.0
 
@@ -211,7 +211,7 @@ def _settled(found: Search, one: Candidate) -> Judged:
     there, normal, judged = found.model, found.grams, one.judged
     at, best = posterior(judged.found, prior).mean, -np.inf
     last: FloatArray | None = None
-    for _ in range(_STEPS):
+    for _ in range(_STEPS_TO_VALUES):
         at = realisable(every, at)
         point = moved_to(there, normal, forces, at)
         if point is None:
@@ -229,7 +229,7 @@ def _settled(found: Search, one: Candidate) -> Judged:
         std = np.sqrt(np.maximum(np.diag(left.covariance), 1e-18))
         goes_to = realisable(every, left.mean)
         step = ((goes_to - at) / std)[which]
-        if float(np.abs(step).max()) < _STAYS:
+        if float(np.abs(step).max()) < _VALUES_STAY:
             break
         at, last = goes_to + ahead(step, last) * (goes_to - at), step
     return judged
