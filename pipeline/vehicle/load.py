@@ -33,6 +33,9 @@ Model = TypeVar("Model", bound=BaseModel)
 
 VEHICLE_FILE = "vehicle.yaml"
 _MAX_FAULTS_SHOWN = 20
+#: More keys than so many, of which most belong nowhere and one that is needed is missing, are those
+#: of another kind of file.
+_FEW_KEYS = 3
 _MAX_VALUE_SHOWN = 60
 _NUMBER_IN_QUOTES = re.compile(r"\s*[-+]?[0-9]*\.?[0-9]+([eE][-+]?[0-9]+)?\s*")
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
@@ -96,6 +99,17 @@ def validated(model: type[Model], root: Node, shown_as: str) -> Model:
         return model.model_validate_json(json.dumps(plain), strict=True, context=_context(plain))
     except ValidationError as error:
         schema = model.model_json_schema()
+        known = list(schema.get("properties", {}))
+        keys = list(plain) if isinstance(plain, dict) else []
+        strange = [key for key in keys if key not in known]
+        whole = set(schema.get("required", ())) <= set(keys)
+        if 2 * len(strange) > len(keys) > _FEW_KEYS and not whole:
+            what = (
+                f"this is a file of another kind: {len(strange)} of its {len(keys)} keys do not "
+                f"belong here ({', '.join(_short(one) for one in strange[:4])}, ...)."
+            )
+            expected = f"the keys {', '.join(known)}."
+            raise InputError.at(Place(shown_as), what, expected=expected) from None
         faults = [
             _fault(dict(one), root, schema)
             for one in error.errors(include_url=False, include_input=False)

@@ -276,3 +276,13 @@ def test_line_numbers_are_those_of_an_editor() -> None:
 def test_numbers_are_finite_after_reading(tmp_path: Path) -> None:
     vehicle = load_vehicle(write(tmp_path, GOOD))
     assert math.isfinite(vehicle.water.gravity_mps2)
+
+
+def test_a_file_of_another_kind_is_said_to_be_one(tmp_path: Path) -> None:
+    """A parameter file of another program is no vehicle file with many faults."""
+    other = "\n".join(f"motor_{number}: {{gain: 1.0}}" for number in range(12))
+    with pytest.raises(InputError) as refused:
+        load_vehicle(write(tmp_path, f"name: mmt300\n{other}\n"))
+    problem = refused.value.problem
+    assert "12 of its 13 keys do not belong here (motor_0, motor_1" in problem.what
+    assert "thrusters" in problem.expected
