@@ -16,12 +16,7 @@ from pipeline.ingest.row_directions import block_rows, directions_of, reverse_te
 from pipeline.ingest.rows import with_cause
 from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
 from pipeline.ingest.workbook import read_sheets
-from pipeline.records.measurements import (
-    LoadTestPoint,
-    MooringPoint,
-    OpenWaterPoint,
-    SheetRead,
-)
+from pipeline.records.measurements import LoadTestPoint, MooringPoint, OpenWaterPoint, SheetRead
 from pipeline.vehicle.bench_schema import Column, Columns, LoadTestColumns, MooringColumns
 from pipeline.vehicle.schema import Vehicle
 

@@ -306,11 +306,7 @@ class ColumnChoice:
         return float(np.corrcoef(one[both], two[both])[0, 1]) > _TOGETHER
 
     def _same_reading(
-        self,
-        kept: Match,
-        match: Match,
-        numbers: Sequence[FloatArray],
-        positions: tuple[int, int],
+        self, kept: Match, match: Match, numbers: Sequence[FloatArray], positions: tuple[int, int]
     ) -> str:
         found = ratio_of(numbers[positions[0]], numbers[positions[1]])
         if found is None:

@@ -10,12 +10,7 @@ from pipeline.ingest.blocks import BlockColumn, UnitFrom
 from pipeline.ingest.cells import Sheet, column_letter, shorten
 from pipeline.ingest.column_data import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
-from pipeline.ingest.unit_text import (
-    UnitTextError,
-    factor,
-    known_units,
-    quantities_of,
-)
+from pipeline.ingest.unit_text import UnitTextError, factor, known_units, quantities_of
 from pipeline.ingest.vocabulary import (
     Words,
     factor_in_name,
@@ -203,11 +198,7 @@ def _with_unit(
         is_code = kind is None and column.quantity == "code"
         worth = 1.0 if is_code else factor(found.unit, kind or "ratio")
         return replace(
-            column,
-            unit=found.unit,
-            unit_from=found.unit_from,
-            unit_row=found.row,
-            factor=worth,
+            column, unit=found.unit, unit_from=found.unit_from, unit_row=found.row, factor=worth
         )
     if kind is None:
         return column

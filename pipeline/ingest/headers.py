@@ -80,11 +80,7 @@ def names_seen(sheet: Sheet, most: int = 12) -> str:
 
 
 def _blocks_of_header(
-    sheet: Sheet,
-    wanted: Wanted,
-    row: int,
-    matches: Sequence[Match],
-    bounds: tuple[int, int],
+    sheet: Sheet, wanted: Wanted, row: int, matches: Sequence[Match], bounds: tuple[int, int]
 ) -> tuple[list[Block], list[Problem], int]:
     """Return the tables under a row of names, problems, and their last row."""
     free_from, following = bounds

@@ -9,12 +9,7 @@ from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.blocks import NO_QUANTITY
-from pipeline.ingest.commands import (
-    codes_in_range,
-    command_in_codes,
-    few_codes,
-    pwm_problems,
-)
+from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
 from pipeline.ingest.load_test_checks import (
     check_magnitudes,
     check_powers,

@@ -96,9 +96,7 @@ def _compare(
         )
         remedy = "Correct the unit in the file, or state it in vehicle.yaml under columns."
     yield block.place(block.first_row, quantity).warning(
-        what,
-        f"{name} = {formula} within {_RATIO_TOLERANCE:.0%}; read as {_units(block)}.",
-        remedy,
+        what, f"{name} = {formula} within {_RATIO_TOLERANCE:.0%}; read as {_units(block)}.", remedy
     )
 
 

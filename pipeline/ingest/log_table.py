@@ -30,12 +30,7 @@ _TIME = re.compile(
 _SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11), ("s", 1e8))
 #: What one may be worth otherwise [ns], days as spreadsheets count them among them; the usual step
 #: between rows [s], and by how many powers of ten nearer to it another unit than seconds must be.
-_WORTH_NS = {
-    **CLOCK_UNITS_NS,
-    "min": 60 * 10**9,
-    "h": 3600 * 10**9,
-    "days": 86_400 * 10**9,
-}
+_WORTH_NS = {**CLOCK_UNITS_NS, "min": 60 * 10**9, "h": 3600 * 10**9, "days": 86_400 * 10**9}
 #: Rows of which more go back in time are sorted; fewer are a clock that was set.
 _MOST_BACK = 0.1
 _USUAL_STEP_S, _NEARER = 0.05, 1.0

@@ -208,8 +208,7 @@ def _until_the_clock_was_set(
         if abs(usual_ns) > 1e9 or not (there & away).any():
             continue  # stamps of another clock do not tell the time of the log
         mended[topic] = replace(
-            one,
-            log_time_ns=np.where(there & away, stamps + np.int64(usual_ns), one.log_time_ns),
+            one, log_time_ns=np.where(there & away, stamps + np.int64(usual_ns), one.log_time_ns)
         )
         said.append(f"{int((there & away).sum())} of {away.size} of {topic}")
     if not said:

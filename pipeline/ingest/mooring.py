@@ -94,7 +94,7 @@ def _at_rest(table: Table) -> Iterator[Problem]:
         table.mark(set(moving), IN_A_FLOW)
         yield table.at(moving[0], "speed").note(
             f"the water flowed at the thruster in {listed(moving)}: these rows are not at rest. "
-            "They correct the thrust at speed, where code and speed have the same sign.",
+            "They correct the thrust at speed, where code and speed have the same sign."
         )
 
 

@@ -107,10 +107,7 @@ def _notes(table: Table) -> Iterator[Problem]:
         name.replace("_", " ")
         for name, stated in (
             ("thrust", {"thrust_coefficient"}),
-            (
-                "torque",
-                {"torque_coefficient", "torque_coefficient_x10", "power_coefficient"},
-            ),
+            ("torque", {"torque_coefficient", "torque_coefficient_x10", "power_coefficient"}),
         )
         if name in there and not there & stated
     ]

@@ -206,14 +206,8 @@ def _why_not(topic: TopicFound, instead: Mapping[str, list[str]], vehicle: Vehic
         (topic.why_not, bool(topic.why_not)),
         ("it has no messages", not topic.messages),
         (", ".join(dict.fromkeys(instead.get(topic.name, ()))), topic.name in instead),
-        (
-            "the vehicle file says so (ignore_topics)",
-            topic.name in vehicle.pool.ignore_topics,
-        ),
-        (
-            "the vehicle file does not state it, and wants no defaults",
-            not vehicle.pool.defaults,
-        ),
+        ("the vehicle file says so (ignore_topics)", topic.name in vehicle.pool.ignore_topics),
+        ("the vehicle file does not state it, and wants no defaults", not vehicle.pool.defaults),
         (
             "by its name it was wanted, simulated or put together from others, not measured",
             re.search(NOT_MEASURED, topic.name, re.IGNORECASE) is not None,

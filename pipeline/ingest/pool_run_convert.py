@@ -178,11 +178,7 @@ def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:
 
 
 def _by_thruster(
-    plan: Plan,
-    raw: FloatArray,
-    vehicle: Vehicle,
-    names: Names | None,
-    guessed: GuessedUnit | None,
+    plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | None, guessed: GuessedUnit | None
 ) -> Converted:
     notes: list[str] = []
     said_of: BoolArray | None = None

@@ -14,13 +14,7 @@ import numpy.typing as npt
 from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
 from pipeline.ingest.mcap_gather import Layout, Layouts
 from pipeline.ingest.message_definitions import BrokenMessageError, Path
-from pipeline.ingest.message_fields import (
-    NO_STAMP,
-    Stamp,
-    number_of_text,
-    stamp_of,
-    stamps_of,
-)
+from pipeline.ingest.message_fields import NO_STAMP, Stamp, number_of_text, stamp_of, stamps_of
 from pipeline.ingest.pool_run_codec import Codec, unpacked, value_at
 from pipeline.types import BoolArray, FloatArray, IntArray
 

@@ -12,12 +12,7 @@ from pipeline.ingest.message_fields import Stamp
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default
 from pipeline.ingest.pool_run_extract import Request
-from pipeline.ingest.pool_run_plan import (
-    NotThereError,
-    Plan,
-    TopicFound,
-    plan_channel,
-)
+from pipeline.ingest.pool_run_plan import NotThereError, Plan, TopicFound, plan_channel
 from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES, same_quantities
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle

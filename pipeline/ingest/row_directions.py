@@ -299,12 +299,7 @@ _COURSES = frozenset(
     plain(word) for name in ("up", "down", "branches") for word in words_of("directions", name)
 )
 _IN_FILE_NAMES = frozenset(map(plain, words_of("directions", "in_file_names")))
-_WORDS = {
-    **dict.fromkeys(_PLAIN_FORWARD, 1),
-    **dict.fromkeys(_PLAIN_REVERSE, -1),
-    **_SIGNS,
-    "1": 1,
-}
+_WORDS = {**dict.fromkeys(_PLAIN_FORWARD, 1), **dict.fromkeys(_PLAIN_REVERSE, -1), **_SIGNS, "1": 1}
 _TURNING = {
     plain(word): sign
     for name, sign in (("clockwise", 1), ("counterclockwise", -1))
