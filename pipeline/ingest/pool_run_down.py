@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import TABLE_HZ
+from pipeline.ingest.pool_run_score import mean_over
 from pipeline.ingest.quantities import largest
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable, down_axis, quaternion_product
@@ -81,9 +82,7 @@ def turning_of_gravity(
     both = np.stack([change[:, 1], -change[:, 0]], axis=1) / down
     measured = np.stack([np.convolve(one, second, "valid")[:-1] for one in rate[:, :2].T], axis=1)
     there = np.isfinite(both).all(axis=1) & np.isfinite(measured).all(axis=1)
-    by_gravity = np.stack([np.convolve(one, second, "same") for one in both[there].T], axis=1)
-    measured = np.stack([np.convolve(one, second, "same") for one in measured[there].T], axis=1)
-    return by_gravity, measured
+    return mean_over(both[there], _SMOOTH), mean_over(measured[there], _SMOOTH)
 
 
 def _correlation(first: FloatArray, second: FloatArray, least: float) -> float | None:

@@ -13,6 +13,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import turning
 from pipeline.ingest.pool_run_resample import TABLE_HZ, into_body
+from pipeline.ingest.pool_run_score import mean_over
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
@@ -105,11 +106,10 @@ def _late(pair: Pair) -> Late | None:
     rows = pair.rows & np.isfinite(pair.read).all(axis=1) & np.isfinite(pair.made).all(axis=1)
     if rows.sum() < _SHORTEST_S * TABLE_HZ:
         return None
-    second = np.full(round(TABLE_HZ), 1.0 / round(TABLE_HZ))
-    both = []
-    for values in (pair.read, pair.made):
-        away = np.where(rows[:, None], values - values[rows].mean(axis=0), 0.0)
-        both.append(np.stack([np.convolve(one, second, mode="same") for one in away.T], axis=1))
+    both = [
+        mean_over(np.where(rows[:, None], one - one[rows].mean(axis=0), 0.0), round(TABLE_HZ))
+        for one in (pair.read, pair.made)
+    ]
     if min(one.std() for one in both) < _LEAST_MOTION:
         return None
     late = late_by(both[0], both[1], TABLE_HZ)

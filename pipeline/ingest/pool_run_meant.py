@@ -20,6 +20,7 @@ from pipeline.ingest.pool_run_score import (
     Sums,
     about_down,
     left_of,
+    mean_over,
     rearranged,
     sums_of_parts,
 )
@@ -80,7 +81,7 @@ def meant_otherwise(
         return ""
     rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
     if {"position", "attitude"} <= set(table.values):
-        way = into_body(_rate(table.values["position"], rate_hz), table.values["attitude"])
+        way = into_body(rate_of(table.values["position"], rate_hz), table.values["attitude"])
         by_place = list(
             _meanings(readings, lambda one: [(sums_of_parts(one, way, rows), np.eye(3))])
         )
@@ -116,7 +117,7 @@ def _by_push(
     # between a linear and a quadratic characteristic
     effort = code / largest * np.sqrt(np.abs(code) / largest)
     knows_depth = "depth" in table.values
-    by_depth = _rate(table.values["depth"], rate_hz) if knows_depth else np.ones((len(code), 1))
+    by_depth = rate_of(table.values["depth"], rate_hz) if knows_depth else np.ones((len(code), 1))
     lagging = [np.column_stack([_lagging(effort, rate_hz * one), by_depth]) for one in _LAGS_S]
 
     def pushes(velocity: FloatArray, *, centred: bool = False) -> list[list[Sums]]:
@@ -232,7 +233,7 @@ def _lagging(values: FloatArray, lag_rows: float) -> FloatArray:
 
 def _change(velocity: FloatArray, table: RunTable, rate_hz: float) -> FloatArray:
     """Return the acceleration (n, 3) of a velocity in body axes, as `_lively` leaves it."""
-    change = _rate(velocity, rate_hz)
+    change = rate_of(velocity, rate_hz)
     if "angular_velocity" in table.values:
         change += np.cross(np.nan_to_num(table.values["angular_velocity"]), velocity)
     return _lively(change, rate_hz)
@@ -240,15 +241,11 @@ def _change(velocity: FloatArray, table: RunTable, rate_hz: float) -> FloatArray
 
 def _lively(values: FloatArray, rate_hz: float) -> FloatArray:
     """Return the mean over a second less that over ten, in which an attitude drifts."""
-    there = np.nan_to_num(values)
-    fast, slow = (
-        np.stack([np.convolve(one, np.full(rows, 1.0 / rows), mode="same") for one in there.T], 1)
-        for rows in (max(round(rate_hz), 1), round(10.0 * rate_hz))
-    )
-    return np.asarray(fast - slow)
+    fast, slow = max(round(rate_hz), 1), round(10.0 * rate_hz)
+    return mean_over(values, fast) - mean_over(values, slow)
 
 
-def _rate(values: FloatArray, rate_hz: float) -> FloatArray:
+def rate_of(values: FloatArray, rate_hz: float) -> FloatArray:
     """Return the rate over a second about each row; 0 where it is not known."""
     half = round(rate_hz / 2.0)
     rate = np.zeros_like(values)

@@ -114,6 +114,12 @@ def sums_of_parts(
     ]
 
 
+def mean_over(values: FloatArray | BoolArray, rows: int) -> FloatArray:
+    """Return the mean of values (n, k) over so many rows about each; what is not known is 0."""
+    window, there = np.full(rows, 1.0 / rows), np.nan_to_num(values)
+    return np.stack([np.convolve(one, window, "same")[: len(one)] for one in there.T], axis=1)
+
+
 def rearranged(arms: FloatArray, names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
     """Yield arms (thrusters, k) with two exchanged or one turned round; those that differ."""
     changes = []

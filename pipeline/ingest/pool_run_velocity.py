@@ -5,20 +5,21 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_meant import Reading, meant_otherwise
+from pipeline.ingest.pool_run_meant import Reading, meant_otherwise, rate_of
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
-from pipeline.physics.window_sums import sums_over
+from pipeline.ingest.pool_run_score import Sums, mean_over
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 _TABLE_HZ = 10.0
-#: Way is compared over so many rows, from every so many on. 1 s, 0.5 s
-_WINDOW, _STEP = 10, 5
-_LEAST_WINDOWS = 12
-#: Less way in a window is noise. [m]
-_LEAST_WAY_M = 0.02
+#: Rows of a second, over which velocities are compared; fewer in all say nothing.
+_SECOND, _LEAST_ROWS = 10, 60
+#: Less is noise.
+_LEAST_MPS = 0.02
+#: A second has all its rows where their mean is above it.
+_WHOLE = 0.99
 _AGAINST, _AGREES = -0.6, 0.8
 #: A velocity less than this share of the rate of place may be right: noise of the place hides it.
 _LEAST_RATIO = 0.5
@@ -48,16 +49,17 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     readings = _readings(channel, table)
     there = table.valid["velocity"] & table.valid.get("attitude", table.valid["velocity"])
     found = []
-    for what, rate, axes in _COMPARED:
+    for what, called, axes in _COMPARED:
         if what not in beside or (what == "position" and "attitude" not in beside):
             continue
-        rows, place_m = there & table.valid[what], table.values[what][:, : axes.stop - axes.start]
+        rows = mean_over((there & table.valid[what])[:, None], _SECOND + 1)[:, 0] > _WHOLE
+        rate = rate_of(table.values[what][:, : axes.stop - axes.start], _TABLE_HZ)
         earth = [
             (one.how, _over_earth(one.velocity, table)[:, axes])
             for one in readings
             if not one.any_heading
         ]
-        said = _against(earth, place_m, rows, rate, level="attitude" in beside)
+        said = _against(earth, rate, rows, called, level="attitude" in beside)
         if said:
             is_down = f"the downward velocity ({channel.topic}) {said}"
             is_level = f"the horizontal velocity ({channel.topic}) {said}"
@@ -108,54 +110,34 @@ def _readings(channel: RunChannel, table: RunTable) -> list[Reading]:
     return found
 
 
-def _ways(values: FloatArray, rows: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """Add values (n, k) up over each window, and say which windows have all their rows."""
-    begin = np.arange(0, values.shape[0] - _WINDOW, _STEP)
-    whole = sums_over(rows.astype(float), begin, begin + _WINDOW) == _WINDOW
-    return sums_over(values, begin, begin + _WINDOW), whole
-
-
 def _agreement(
-    velocity: FloatArray, place: FloatArray, rows: BoolArray
+    velocity: FloatArray, rate: FloatArray, rows: BoolArray
 ) -> tuple[float, float] | None:
-    """Correlation of the way by velocity (n, k) with that by places (n, k), and their ratio."""
-    rows = rows & np.concatenate([[False], rows[:-1]])  # a change needs two places
-    speed = np.where(rows[:, None], velocity, 0.0)
-    change = np.zeros_like(place)
-    change[1:] = np.diff(place, axis=0)
-    change[~rows] = 0.0
-    by_velocity, whole = _ways(speed / _TABLE_HZ, rows)
-    by_place, _ = _ways(change, rows)
-    by_velocity, by_place = by_velocity[whole], by_place[whole]
-    if by_place.shape[0] < _LEAST_WINDOWS or np.sqrt((by_place**2).mean()) < _LEAST_WAY_M:
+    """Correlation of a velocity (n, k) with the rate of places (n, k), and their ratio."""
+    of_place = rate[rows]
+    if len(of_place) < _LEAST_ROWS or np.sqrt((of_place**2).mean()) < _LEAST_MPS:
         return None
-    if by_place.shape[1] == 1:  # a steady offset of a depth says nothing
-        by_velocity, by_place = by_velocity - by_velocity.mean(), by_place - by_place.mean()
-    power = float((by_place**2).sum())
-    other = float((by_velocity**2).sum())
-    if power <= by_place.size * (0.5 * _LEAST_WAY_M) ** 2:
+    # a steady offset of a depth says nothing
+    sums = Sums.of(mean_over(velocity, _SECOND)[rows], of_place, centred=rate.shape[1] == 1)
+    other, along, power = map(np.trace, (sums.motion, sums.along, sums.causes))
+    if power <= of_place.size * (0.5 * _LEAST_MPS) ** 2:
         return None
     if other < 1e-4 * power:
         return 0.0, 0.0
-    along = float((by_velocity * by_place).sum())
-    return along / np.sqrt(power * other), float(np.sqrt(other / power))
+    return float(along / np.sqrt(power * other)), float(np.sqrt(other / power))
 
 
-def _lasting(place: FloatArray, rows: BoolArray) -> bool:
-    """Whether places (n, k) have moved on, and were not just read with noise."""
-    change = np.diff(place, axis=0, prepend=place[:1])
-    rows = rows & np.concatenate([[False], rows[:-1]])
-    ways, whole = _ways(np.where(rows[:, None], change, 0.0), rows)
-    apart = _WINDOW // _STEP
-    both = whole[:-apart] & whole[apart:]
-    before, after = ways[:-apart][both], ways[apart:][both]
+def _lasting(rate: FloatArray, rows: BoolArray) -> bool:
+    """Whether places have moved on at this rate (n, k), and were not just read with noise."""
+    both = rows[:-_SECOND] & rows[_SECOND:]
+    before, after = rate[:-_SECOND][both], rate[_SECOND:][both]
     power = np.sqrt((before**2).sum() * (after**2).sum())
     return bool((before * after).sum() > _LASTING * power)
 
 
 def _against(
     readings: list[tuple[str, FloatArray]],
-    place: FloatArray,
+    rate: FloatArray,
     rows: BoolArray,
     what: str,
     *,
@@ -165,7 +147,7 @@ def _against(
 
     Unless it is known to be `level`, a vehicle that pitches goes down without a velocity downward.
     """
-    found = _agreement(readings[0][1], place, rows)
+    found = _agreement(readings[0][1], rate, rows)
     if found is None:
         return ""
     correlation, ratio = found
@@ -176,10 +158,10 @@ def _against(
     better = [
         how
         for how, velocity in readings[1:]
-        if (agreement := _agreement(velocity, place, rows)) is not None and agreement[0] >= _AGREES
+        if (agreement := _agreement(velocity, rate, rows)) is not None and agreement[0] >= _AGREES
     ]
     if correlation > _AGAINST and not better:
-        if correlation > 0.3 or not level or not (ratio > _LEAST_RATIO or _lasting(place, rows)):
+        if correlation > 0.3 or not level or not (ratio > _LEAST_RATIO or _lasting(rate, rows)):
             return ""
         return f"has nothing to do with {what} (correlation {correlation:.2f})."
     said = f"runs against {what} (correlation {correlation:.2f})."
@@ -189,10 +171,10 @@ def _against(
 def _across(velocity: FloatArray, vehicle: Vehicle) -> str:
     """Say where a vehicle goes sideways that no thruster pushes sideways."""
     pushes = [abs(one.direction[1]) for one in vehicle.thrusters]
-    if not pushes or max(pushes) > _ACROSS_THRUST or len(velocity) < _LEAST_WINDOWS * _STEP:
+    if not pushes or max(pushes) > _ACROSS_THRUST or len(velocity) < _LEAST_ROWS:
         return ""
     size = float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean()))
-    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / max(size, _LEAST_WAY_M)
+    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / max(size, _LEAST_MPS)
     if share < _MOST_ACROSS:
         return ""
     return (
@@ -216,7 +198,7 @@ def disagreeing_frames(tables: Mapping[str, RunTable], axes: Mapping[str, str]) 
         turned = into_body(ned, table.values["attitude"])
         for other, theirs in tables.items():
             both = rows & theirs.valid["velocity"]
-            if other == topic or both.sum() < _LEAST_WINDOWS * _STEP or other in found:
+            if other == topic or both.sum() < _LEAST_ROWS or other in found:
                 continue
             as_read = _difference(body[both], theirs.values["velocity"][both])
             as_turned = _difference(turned[both], theirs.values["velocity"][both])
