@@ -4,6 +4,7 @@ The first line names the columns, with their units in brackets or at the end of 
 the time: seconds (or another unit) since the start or since 1970, or dates of ISO 8601.
 """
 
+import functools
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
 from pipeline.ingest.log_times import counted_on
-from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
+from pipeline.ingest.unit_text import UnitTextError, factor, is_same_unit, quantities_of
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
 from pipeline.types import IntArray
 
@@ -34,14 +35,7 @@ _WORTH_NS = {**CLOCK_UNITS_NS, "min": 60 * 10**9, "h": 3600 * 10**9, "days": 86_
 #: Rows of which more go back in time are sorted; fewer are a clock that was set.
 _MOST_BACK = 0.1
 _USUAL_STEP_S, _NEARER = 0.05, 1.0
-_SPELLINGS = {
-    "µs": "us",
-    "m/s^2": "m/s2",
-    "m/s²": "m/s2",
-    "°": "deg",
-    "°/s": "deg/s",
-    "dps": "deg/s",
-}
+_KNOWN = ("%", *dict.fromkeys(one for units in UNITS.values() for one in units), *_WORTH_NS)
 _NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
 _BYTES_OF_HEAD = 65_536
 
@@ -183,15 +177,25 @@ def _split(head: str) -> tuple[str, str]:
     """
     match = _HEAD.fullmatch(head)
     name, unit = (match["name"], match["unit"].strip()) if match else (head.strip(), "")
-    return name.strip().lower(), _SPELLINGS.get(unit, unit)
+    return name.strip().lower(), _as_known(unit)
+
+
+@functools.cache
+def _as_known(unit: str) -> str:
+    """Return a unit as the quantities of a log have it, however it is written.
+
+    >>> [_as_known(one) for one in ("м/с", "m/s²", "°/s", "dps", "Pa", "mA", "K")]
+    ['m/s', 'm/s2', 'deg/s', 'deg/s', 'Pa', 'mA', 'K']
+    """
+    is_known = unit in _KNOWN or unit in _NO_UNIT
+    return unit if is_known else next((one for one in _KNOWN if is_same_unit(unit, one)), unit)
 
 
 def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
     """Return the units of a row of units under the names, nothing where the first row is none."""
     cells = [] if frame.empty else [str(one).strip(" []()") for one in frame.iloc[0]]
-    units = ["" if one in _NO_UNIT else _SPELLINGS.get(one, one) for one in cells]
-    known = {unit for every in UNITS.values() for unit in every} | set(CLOCK_UNITS_NS)
-    known -= {"1"}  # a reading
+    units = ["" if one in _NO_UNIT else _as_known(one) for one in cells]
+    known = {*_KNOWN} - {"1"}  # a reading
     return units if {*units} - {""} and {*units} <= {"", *known} else []
 
 
