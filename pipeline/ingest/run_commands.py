@@ -3,25 +3,22 @@
 Any log that `read_pool_run` understands will do, with the channel mapping of the vehicle file.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.ingest.mcap_file import McapFile
-from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
-from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
 from pipeline.ingest.pool_run import read_pool_run
-from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
-_MOTION_TOPIC = "/sim/odometry"
-_MESSAGE = "nav_msgs/msg/Odometry"
+_MOTION = ("/sim/odometry", "nav_msgs/msg/Odometry", "cdr")
 _COMMAND = "thruster_command"
 _PREFIX = "command."
 #: A reading that is this far from the first command says nothing of it. [s]
@@ -45,26 +42,15 @@ def read_true_start(path: Path) -> StartOfRun | None:
     """
     if path.suffix.lower() != ".mcap":
         return None  # another recorder's
-    log = McapFile(path, path.name)
-    for number, channel in log.directory.channels.items():
-        schema = log.directory.schemas.get(channel.schema_id)
-        is_cdr = channel.message_encoding == "cdr"
-        if channel.topic == _MOTION_TOPIC and is_cdr and schema and schema.name == _MESSAGE:
-            for block in log.blocks(frozenset({number})):
-                if number in block.messages:
-                    part = block.messages[number]
-                    begin, size = int(part.start[0]), int(part.size[0])
-                    data = block.data[begin : begin + size].tobytes()
-                    return _motion(channel, schema, data)
+    for topic in McapFile(path, path.name).topics():
+        is_true = (topic.name, topic.message_type, topic.encoding) == _MOTION
+        if is_true and topic.probe is not None:
+            return _motion(topic.probe)
     return None
 
 
-def _motion(channel: ChannelRecord, schema: SchemaRecord, data: bytes) -> StartOfRun | None:
-    """Take pose and twist out of an Odometry; None for other bytes."""
-    try:
-        message = codec_of(channel, schema).decode(data)
-    except (BrokenMessageError, DefinitionError):
-        return None
+def _motion(message: Mapping[str, Any]) -> StartOfRun | None:
+    """Take pose and twist out of an Odometry; None where they cannot be."""
     pose, twist = message["pose"], message["twist"]
     parts = (pose["pose"]["position"], pose["pose"]["orientation"], *twist["twist"].values())
     place, (x, y, z, w), linear, angular = (np.array(list(one.values())) for one in parts)
