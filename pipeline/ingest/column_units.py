@@ -54,9 +54,11 @@ def read_columns(
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []
+    place = sheet.place(rows.names)
     for quantity, match in group.items():
         words = wanted.vocabulary[quantity]
         stated = wanted.mapping.get(quantity)
+        others = group.keys() - {quantity}
         column = BlockColumn(
             quantity,
             match.index,
@@ -69,35 +71,26 @@ def read_columns(
         if times is not None:
             why = f'"{times}" in the name may multiply the numbers or divide them'
             expected = "numbers in the unit that the name states."
-            remedy, place = "Write the numbers without a factor", sheet.place(rows.names)
-            others = group.keys() - {quantity}
+            remedy = "Write the numbers without a factor"
             problems.append(_refused(column, place, wanted, why, others, expected, remedy))
             continue
         try:
             written = _units_written(sheet, words, match, rows, stated)
-            columns[quantity] = _with_unit(column, words, match, written[0] if written else None)
-            columns[quantity], notes = _with_signs(sheet, columns[quantity], rows)
+            read, notes = _with_signs(sheet, _with_unit(column, words, match, written), rows)
             problems += notes
             titles = _units_in_titles(sheet, words, rows)
-            contradiction = _contradiction(
-                columns[quantity],
-                sheet.place(rows.names),
-                wanted,
-                [*written, *titles],
-                group.keys() - {quantity},
-            )
-            if contradiction is not None:
-                del columns[quantity]
-                problems.append(contradiction)
-            elif stated is not None:
-                scale = stated.scale / (stated.pole_pairs or 1)
-                read = columns[quantity]
-                columns[quantity] = replace(read, factor=read.factor * scale)
+            wrong = _contradiction(read, place, wanted, [*written, *titles], others)
+            if wrong is not None:
+                problems.append(wrong)
+                continue
+            scale = 1.0 if stated is None else stated.scale / (stated.pole_pairs or 1)
+            columns[quantity] = replace(read, factor=read.factor * scale)
         except UnitTextError as error:
-            others = group.keys() - {quantity}
-            problems.append(
-                unit_problem(column, sheet.place(rows.names), wanted, str(error), others)
-            )
+            units = known_units(words.unit_kind)[:1] if words.unit_kind else ()
+            shown = "".join(f", e.g. [{one}]" for one in units)
+            expected = f"the unit in the header{shown}, or in the row under it."
+            why, remedy = str(error), "Write it there"
+            problems.append(_refused(column, place, wanted, why, others, expected, remedy))
     return columns, problems
 
 
@@ -169,16 +162,6 @@ def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) ->
     return factor_in_name(column.header, column.quantity)
 
 
-def _loss(
-    column: BlockColumn, wanted: Wanted, others: AbstractSet[str]
-) -> tuple[Literal["error", "warning"], str]:
-    """Tell whether a table goes with its column: none of the `others` can stand for it."""
-    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
-    if needed:
-        return "error", "the table was left out"
-    return "warning", "the column was left out"
-
-
 def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
     texts: list[str] = []
     for at in range(max(rows.free_from, rows.names - 3), rows.names):
@@ -189,10 +172,10 @@ def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
 
 
 def _with_unit(
-    column: BlockColumn, words: Words, match: Match, found: "_Written | None"
+    column: BlockColumn, words: Words, match: Match, written: Sequence[_Written]
 ) -> BlockColumn:
     """Return the column with its unit; raises `UnitTextError` where it is missing or wrong."""
-    kind = words.unit_kind
+    kind, found = words.unit_kind, written[0] if written else None
     if found is not None and (kind is not None or "ratio" in quantities_of(found.unit)):
         # A code in per cent stays a number of per cent: the reader knows the full scale.
         is_code = kind is None and column.quantity == "code"
@@ -248,39 +231,17 @@ def _units_in_titles(sheet: Sheet, words: Words, rows: HeadRows) -> Iterator[_Wr
     """Yield the units that a title, a remark over the table or the name of the sheet states."""
     for at in range(rows.free_from, rows.names):
         texts = {cell for cell in sheet.cells(at) if cell is not None}
-        if len(texts) == 1 and isinstance(text := texts.pop(), str):
-            unit = unit_in_text(text, words)
-            yield from (
-                () if unit is None else (_Written(unit, "unit row", at, f'"{shorten(text)}"'),)
-            )
-    unit = unit_in_text(sheet.name or "", words)
-    yield from () if unit is None else (_Written(unit, "unit row", None, "the name of the sheet"),)
+        text = texts.pop() if len(texts) == 1 else None
+        if isinstance(text, str) and (unit := unit_in_text(text, words)):
+            yield _Written(unit, "unit row", at, f'"{shorten(text)}"')
+    if unit := unit_in_text(sheet.name or "", words):
+        yield _Written(unit, "unit row", None, "the name of the sheet")
 
 
 def _is_unit_row(sheet: Sheet, row: int) -> bool:
     texts = [cell for cell in sheet.cells(row) if isinstance(cell, str)]
     units = sum(read_unit_cell(text) is not None for text in texts)
     return units >= max(1, len(texts) // 2)
-
-
-def unit_problem(
-    column: BlockColumn,
-    place: Place,
-    wanted: Wanted,
-    why: str,
-    others: AbstractSet[str] = frozenset(),
-) -> Problem:
-    """Say that a column has no usable unit, and what to state in vehicle.yaml.
-
-    `others` are the quantities that have columns: a column is needed where none of them can stand
-    for it.
-    """
-    example = (
-        known_units(kind)[:1] if (kind := wanted.vocabulary[column.quantity].unit_kind) else ()
-    )
-    shown = "".join(f", e.g. [{one}]" for one in example)
-    expected = f"the unit in the header{shown}, or in the row under it."
-    return _refused(column, place, wanted, why, others, expected, "Write it there")
 
 
 def _refused(  # noqa: PLR0917  one problem
@@ -292,7 +253,9 @@ def _refused(  # noqa: PLR0917  one problem
     expected: str,
     remedy: str,
 ) -> Problem:
-    severity, left_out = _loss(column, wanted, others)
+    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
+    left_out = "the table was left out" if needed else "the column was left out"
+    severity: Literal["error", "warning"] = "error" if needed else "warning"
     if column.quantity in type(getattr(Columns(), wanted.kind)).model_fields:
         remedy = (
             f"{remedy}, or state it in vehicle.yaml:\n  columns:\n    {wanted.kind}:\n"
