@@ -15,6 +15,7 @@ from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
 from pipeline.ingest.pool_run_down import doubtful_depths
+from pipeline.ingest.pool_run_health import runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base, on_rows
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
@@ -109,8 +110,7 @@ def _death(channel: RunChannel) -> str:
     still = (np.diff(values, axis=0) == 0.0).all(axis=1)
     if still.all():
         return "never changes"
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
-    longest = int((edges[1::2] - edges[::2]).max(initial=0))
+    longest = max((end - begin for begin, end in runs_of(still)), default=0)
     share = longest / len(still)
     return f"stands still for {100 * share:.0f} % of the run" if share > _MOST_STILL else ""
 

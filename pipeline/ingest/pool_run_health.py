@@ -104,26 +104,13 @@ def value_marks(
     lowest: float | None = None,
     highest: float | None = None,
 ) -> dict[str, BoolArray]:
-    """Mark what is wrong with the values of a channel.
+    """Mark what is wrong with the values (k, m) of a channel.
 
-    Parameters
-    ----------
-    values : ndarray, shape (k, m)
-        Readings.
-    period_s : float
-        Median time between them. [s]
-    is_quaternion : bool
-        q and -q are one attitude: a change of all signs is no spike. Its components have ends of
-        their own: level is w = 1.
-    jumps : bool
-        Shaft speeds follow commands that jump to and fro: no spikes are looked for.
-    lowest, highest : float, optional
-        Range of the sensor, in the unit of the readings.
-
-    Returns
-    -------
-    dict of ndarray, shape (k,)
-        "not_a_number", "dropout", "frozen", "saturated", "spike", "outside_range".
+    `period_s` is the median time between readings, `lowest` and `highest` are the sensor's range.
+    Of a quaternion q and -q are one attitude: a change of all signs is no spike, and its components
+    have ends of their own: level is w = 1. Where readings jump, as shaft speeds do that follow
+    commands, no spikes are looked for. Marks are (k,): "not_a_number", "dropout", "frozen",
+    "saturated", "spike", "outside_range".
     """
     marks: dict[str, BoolArray] = {}
     finite = _are_readings(values)
@@ -244,8 +231,7 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
         far = np.linalg.norm(values - number, axis=1) > _DROPOUT_STEPS * usual
         alone = number in recurring and usual > 0.0 and not jumps
         alone = alone and bool((~far & ~at & np.isfinite(values[:, 0])).mean() < _MOST_NEAR)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(np.int8)))
-        for begin, end in edges.reshape(-1, 2).tolist():
+        for begin, end in runs_of(at):
             ends = [row for row in (begin - 1, end - 1) if 0 <= row < steps.size]
             away = steps[ends] > _DROPOUT_STEPS * usual
             if (alone and away.all()) or (
@@ -255,11 +241,16 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
     return found
 
 
+def runs_of(mark: BoolArray) -> list[tuple[int, int]]:
+    """Return the first row of each run of marked rows, and the row after it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
+    return [(begin, end) for begin, end in edges.reshape(-1, 2).tolist()]
+
+
 def _runs(mark: BoolArray, least: int) -> BoolArray:
     """Keep runs of at least so many."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
     kept = np.zeros(mark.size, np.bool_)
-    for begin, end in edges.reshape(-1, 2).tolist():
+    for begin, end in runs_of(mark):
         if end - begin >= least:
             kept[begin:end] = True
     return kept
