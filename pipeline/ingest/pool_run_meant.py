@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.ingest.pool_run_convert import BODY
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
@@ -46,7 +47,6 @@ _ALIKE, _MOST_TOLD = 0.03, 3
 #: A current that a vehicle may drift in [m/s]; rows that tell it.
 _CURRENT_MPS, _ENOUGH_ROWS = 0.5, 2_000
 _TURNS_DEG = range(-165, 181, 15)
-_PORT_AND_UP = np.diag([1.0, -1.0, -1.0])
 #: Where three beams of a DVL look, clockwise from the bow: opposite, round, three in all. [deg]
 _BEAMS_DEG = (
     (0, 180, 90),
@@ -269,7 +269,7 @@ def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
                 about,
             )
             flipped = f"it is read with y to port and z up, turned by {turn} degrees"
-            yield ("flipped", flipped), about @ _PORT_AND_UP
+            yield ("flipped", flipped), about @ BODY["flu"]
         for azimuths in _BEAMS_DEG:
             for sign in (1.0, -1.0):
                 of_beams = "it is read as speeds along the beams of a DVL"

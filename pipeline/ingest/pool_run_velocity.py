@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_convert import BODY, EARTH
 from pipeline.ingest.pool_run_meant import Reading, meant_otherwise, rate_of
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.ingest.pool_run_score import Sums, mean_over
@@ -82,31 +83,25 @@ def _over_earth(velocity: FloatArray, table: RunTable) -> FloatArray:
 
 def _readings(channel: RunChannel, table: RunTable) -> list[Reading]:
     """Return the velocity in body axes as it was read, and as it might have been meant."""
-    body, axes = table.values["velocity"], channel.read.axes
-    found = [Reading(body, "")]
-    ned = _over_earth(body, table)
-    xyz = body * [1.0, -1.0, -1.0] if axes == "flu" else body
-    if channel.quantity == "velocity_earth":
-        xyz = ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0] if axes == "enu" else ned
+    body, values, axes = table.values["velocity"], table.values, channel.read.axes
+    read_as, found = (channel.quantity, axes), [Reading(body, "")]
+    # as it stood in the messages
+    over_earth = channel.quantity == "velocity_earth"
+    xyz = _over_earth(body, table) @ EARTH[axes] if over_earth else body @ BODY[axes]
     for one in ("frd", "flu"):
-        if (channel.quantity, axes) != ("velocity", one):
-            turned = xyz * [1.0, -1.0, -1.0] if one == "flu" else xyz
-            found.append(Reading(turned, f"{{quantity: velocity, body_axes: {one}}}"))
+        if read_as != ("velocity", one):
+            stated = f"{{quantity: velocity, body_axes: {one}}}"
+            found.append(Reading(xyz @ BODY[one].T, stated))
     found.append(Reading(-body, "{sign: -1}"))
     for one in ("ned", "enu"):
-        if "attitude" in table.values and (channel.quantity, axes) != ("velocity_earth", one):
-            north = xyz[:, [1, 0, 2]] * [1.0, 1.0, -1.0] if one == "enu" else xyz
-            turned = into_body(north, table.values["attitude"])
-            found.append(Reading(turned, f"{{quantity: velocity_earth, earth_axes: {one}}}"))
-    if (
-        "attitude" not in table.values and "angular_velocity" in table.values
-    ):  # a heading from one that nobody knows
-        heading = np.cumsum(np.nan_to_num(table.values["angular_velocity"][:, 2])) / _TABLE_HZ
-        cos, sin = np.cos(heading), np.sin(heading)
-        for one, (x, y, z) in (("ned", xyz.T), ("enu", (xyz[:, [1, 0, 2]] * [1, 1, -1]).T)):
-            turned = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=1)
-            stated = f"{{quantity: velocity_earth, earth_axes: {one}}}"
-            found.append(Reading(turned, stated, any_heading=True))
+        stated, ned = f"{{quantity: velocity_earth, earth_axes: {one}}}", xyz @ EARTH[one].T
+        if "attitude" in values and read_as != ("velocity_earth", one):
+            found.append(Reading(into_body(ned, values["attitude"]), stated))
+        elif "attitude" not in values and "angular_velocity" in values:
+            # a heading from one that nobody knows
+            half = np.cumsum(np.nan_to_num(values["angular_velocity"][:, 2])) / _TABLE_HZ / 2.0
+            turn = np.stack([np.cos(half), 0.0 * half, 0.0 * half, np.sin(half)], axis=1)
+            found.append(Reading(into_body(ned, turn), stated, any_heading=True))
     return found
 
 
