@@ -17,6 +17,7 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
 from pipeline.ingest.log_times import counted_on
+from pipeline.ingest.message_fields import LETTERS
 from pipeline.ingest.unit_text import UnitTextError, factor, is_same_unit, quantities_of
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
 from pipeline.types import IntArray
@@ -165,6 +166,7 @@ def _numbers(column: Any) -> Any:  # noqa: ANN401  a column of pandas
     if column.dtype.kind in "iufb":
         return column
     plain = column.astype("string").str.strip().str.replace(",", ".", regex=False)
+    plain = plain.replace({letter: str(worth) for letter, worth in LETTERS.items()})
     found = pd.to_numeric(plain, errors="coerce").astype(float)
     return found if found.notna().mean() > 0.5 else column
 

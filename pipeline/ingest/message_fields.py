@@ -30,6 +30,8 @@ _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
 _ANY_FLAGS = ("is_valid", "valid")
+#: Validity by letters, as NMEA 0183 and DVLs after it write it.
+LETTERS = {"A": 1.0, "V": 0.0}
 #: So many times as much is another quality, or roughness; fewer readings say nothing of it.
 _UNUSUAL, _LEAST_ODD, _LEAST_WEIGHED = 3.0, 3, 20
 
@@ -148,7 +150,13 @@ def stamp_of(tree: object, stamp: Stamp) -> int:
 
 
 def number_of_text(text: str) -> float | int | None:
-    """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds)."""
+    """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds).
+
+    >>> number_of_text("12"), number_of_text("V"), number_of_text("no")
+    (12, 0.0, None)
+    """
+    if text in LETTERS:
+        return LETTERS[text]
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
@@ -240,7 +248,9 @@ def validity_of(
         for name, flag in beside.items() if isinstance(beside, dict) else ():
             # "isValid" is "is_valid"; a bool of a binary message is a number
             plain = "_".join(word.lower() for word in _WORD.findall(name))
-            if plain in flags and isinstance(flag, int) and flag in (0, 1):
+            # tables in time have whole numbers as floats; "h" may be a height there
+            counts = isinstance(flag, int) or plain.endswith(("valid", "lock"))
+            if plain in flags and counts and flag in (0, 1, *LETTERS):
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
             elif plain in weighed and isinstance(flag, int | float):
                 says = f"are as {name} usually has them"

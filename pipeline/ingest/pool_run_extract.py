@@ -14,7 +14,14 @@ import numpy.typing as npt
 from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
 from pipeline.ingest.mcap_gather import Layout, Layouts
 from pipeline.ingest.message_definitions import BrokenMessageError, Path
-from pipeline.ingest.message_fields import NO_STAMP, Stamp, number_of_text, stamp_of, stamps_of
+from pipeline.ingest.message_fields import (
+    LETTERS,
+    NO_STAMP,
+    Stamp,
+    number_of_text,
+    stamp_of,
+    stamps_of,
+)
 from pipeline.ingest.pool_run_codec import Codec, unpacked, value_at
 from pipeline.types import BoolArray, FloatArray, IntArray
 
@@ -210,6 +217,11 @@ class _Reader:
             def column(
                 path: Path, layout: Layout = layout, start: IntArray = start
             ) -> npt.NDArray[Any] | None:
+                if path in layout.texts:
+                    begin, size = layout.texts[path]
+                    texts = at_every_byte(buffer, np.dtype(f"S{max(size, 1)}"))[start + begin]
+                    letters = [texts == one.encode() for one in LETTERS]
+                    return np.select(letters, [*LETTERS.values()], np.nan)
                 place = layout.place(path)
                 if place is None:
                     return None

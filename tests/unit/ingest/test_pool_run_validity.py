@@ -67,6 +67,30 @@ def test_what_the_message_calls_invalid_is_left_out(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_letters_of_validity_are_read(tmp_path: Path, first: int) -> None:
+    values, lost = velocities(), np.arange(COUNT) % 10 == first
+    letters = np.where(lost, "V", "A").tolist()
+    rows = zip(values.tolist(), letters, strict=True)
+    contents = [{"velocity": one, "velocity_valid": letter} for one, letter in rows]
+    text = "float64[3] velocity\nstring velocity_valid\n"
+    as_json = [{**one, "velocity": vector(row)} for one, row in zip(contents, values, strict=True)]
+    topics = [
+        json_topic("/dvl/data", ticks(COUNT, 10.0), as_json),
+        ros_topic("/dvl", "rig/msg/Dvl", ticks(COUNT, 10.0), contents, text),
+    ]
+    paths = [
+        write_log(tmp_path / f"{one.name[1:4]}{n}.mcap", [one]) for n, one in enumerate(topics)
+    ]
+    lines = [f"{k / 10.0},{row[0]},{row[1]},{row[2]},{letters[k]}" for k, row in enumerate(values)]
+    table = tmp_path / "run.csv"
+    table.write_text("\n".join(["t [s],vx [m/s],vy [m/s],vz [m/s],velocity_valid", *lines]))
+    for path in (*paths, table):
+        for fast in (True, False):
+            channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+            assert (channel.marks["not_a_number"] == lost).all(), path.name
+
+
 def test_the_flag_of_a_binary_message_is_read(tmp_path: Path) -> None:
     text = "float64[3] velocity\nbool velocity_valid\n"
     contents = [
