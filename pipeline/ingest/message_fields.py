@@ -248,8 +248,10 @@ def validity_of(
         for name, flag in beside.items() if isinstance(beside, dict) else ():
             # "isValid" is "is_valid"; a bool of a binary message is a number
             plain = "_".join(word.lower() for word in _WORD.findall(name))
-            # tables in time have whole numbers as floats; "h" may be a height there
-            counts = isinstance(flag, int) or plain.endswith(("valid", "lock"))
+            # tables in time have whole numbers as floats; "h" may be a height there, and "valid"
+            # of another sensor
+            is_own = plain.endswith(("_valid", "_lock")) and plain not in _ANY_FLAGS
+            counts = is_own or not isinstance(flag, float)
             if plain in flags and counts and flag in (0, 1, *LETTERS):
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
             elif plain in weighed and isinstance(flag, int | float):

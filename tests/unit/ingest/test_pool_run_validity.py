@@ -91,6 +91,15 @@ def test_letters_of_validity_are_read(tmp_path: Path, first: int) -> None:
             assert (channel.marks["not_a_number"] == lost).all(), path.name
 
 
+def test_a_table_does_not_say_whose_validity_it_is(tmp_path: Path) -> None:
+    lines = [f"{k / 10.0},{row[0]},{row[1]},{row[2]},{k % 2}" for k, row in enumerate(velocities())]
+    for name, left_out in (("velocity_valid", COUNT / 2), ("valid", 0), ("is_valid", 0)):
+        table = tmp_path / f"{name}.csv"
+        table.write_text("\n".join([f"t [s],vx [m/s],vy [m/s],vz [m/s],{name}", *lines]))
+        marks = read_pool_run(table, rov(), tmp_path).channels["velocity"].marks
+        assert marks.get("not_a_number", np.zeros(1)).sum() == left_out
+
+
 def test_the_flag_of_a_binary_message_is_read(tmp_path: Path) -> None:
     text = "float64[3] velocity\nbool velocity_valid\n"
     contents = [
