@@ -104,13 +104,26 @@ def value_marks(
     lowest: float | None = None,
     highest: float | None = None,
 ) -> dict[str, BoolArray]:
-    """Mark what is wrong with the values (k, m) of a channel.
+    """Mark what is wrong with the values of a channel.
 
-    `period_s` is the median time between readings, `lowest` and `highest` are the sensor's range.
-    Of a quaternion q and -q are one attitude: a change of all signs is no spike, and its components
-    have ends of their own: level is w = 1. Where readings jump, as shaft speeds do that follow
-    commands, no spikes are looked for. Marks are (k,): "not_a_number", "dropout", "frozen",
-    "saturated", "spike", "outside_range".
+    Parameters
+    ----------
+    values : ndarray, shape (k, m)
+        Readings.
+    period_s : float
+        Median time between them. [s]
+    is_quaternion : bool
+        q and -q are one attitude: a change of all signs is no spike. Its components have ends of
+        their own: level is w = 1.
+    jumps : bool
+        Shaft speeds follow commands that jump to and fro: no spikes are looked for.
+    lowest, highest : float, optional
+        Range of the sensor, in the unit of the readings.
+
+    Returns
+    -------
+    dict of ndarray, shape (k,)
+        "not_a_number", "dropout", "frozen", "saturated", "spike", "outside_range".
     """
     marks: dict[str, BoolArray] = {}
     finite = _are_readings(values)

@@ -112,19 +112,34 @@ def resample(
     the two readings around (quaternions on the shorter arc, normalised); a command holds until the
     next. No value is made up in a gap, before the first or after the last reading: it is not a
     number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
-    are counted. Commands and shaft speeds of all thrusters are put together in the order of the
-    vehicle file: a thruster without a command has 0, one without shaft speed is not a number, and
-    `notes` say so. Where only the velocity over the earth was measured, the attitude turns it into
-    body axes.
+    are counted. How readings differ from the rows nearest to them is kept beside. Commands and
+    shaft speeds of all thrusters are put together in the order of the vehicle file: a thruster
+    without a command has 0, one without shaft speed is not a number, and `notes` say so. Where only
+    the velocity over the earth was measured, the attitude turns it into body axes.
 
-    Of `quantities` None are all that the run has. Below the rate of a sensor, its noise above half
-    of `rate_hz` folds back. `by_step` gives each row the mean of the commands over the step that
-    follows it, for simulation from row to row: the one at the row would be late by half a step on
-    average, as if the drives lagged. `off_rows` keeps how readings differ from the rows nearest to
-    them. Times count from the start of the run; the table's name is that of the file.
+    Parameters
+    ----------
+    run : PoolRun
+        The run.
+    rate_hz : float
+        Rate of the table. Below the rate of a sensor, its noise above half of it folds back. [Hz]
+    quantities : sequence of str, optional
+        Names of `QUANTITIES`; default all that the run has.
+    by_step : bool
+        Each row has the mean of the commands over the step that follows it, for simulation from row
+        to row: the one at the row would be late by half a step on average, as if the drives lagged.
+    off_rows : bool
+        Keep how readings differ from the rows nearest to them.
 
-    Raises `CannotComputeError` for a rate or times that make no table, or a quantity that the run
-    does not have.
+    Returns
+    -------
+    RunTable
+        Times count from the start of the run; its name is that of the file.
+
+    Raises
+    ------
+    CannotComputeError
+        For a rate or times that make no table, or a quantity that the run does not have.
     """
     by_quantity: dict[str, list[RunChannel]] = {}
     for channel in run.channels.values():
