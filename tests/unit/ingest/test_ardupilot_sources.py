@@ -3,6 +3,8 @@
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,27 +29,27 @@ def is_of(found: PoolRun, one: Run) -> bool:
     )
 
 
-def boat(dialect: object, k: int) -> list[tuple[int, int, object]]:
+def boat(dialect: ModuleType, k: int) -> list[tuple[int, int, Any]]:
     return [
-        (2, 1, dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 0, 3)),  # type: ignore[attr-defined]
-        (2, 1, dialect.MAVLink_attitude_message(40 * k, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)),  # type: ignore[attr-defined]
-        (2, 1, dialect.MAVLink_servo_output_raw_message(40 * k, 0, *[1500] * 8)),  # type: ignore[attr-defined]
+        (2, 1, dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 0, 3)),
+        (2, 1, dialect.MAVLink_attitude_message(40 * k, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0)),
+        (2, 1, dialect.MAVLink_servo_output_raw_message(40 * k, 0, *[1500] * 8)),
     ]
 
 
-def gimbal(dialect: object, k: int) -> list[tuple[int, int, object]]:
+def gimbal(dialect: ModuleType, k: int) -> list[tuple[int, int, Any]]:
     return [
-        (1, 154, dialect.MAVLink_heartbeat_message(26, 8, 0, 0, 0, 3)),  # type: ignore[attr-defined]
-        (1, 154, dialect.MAVLink_attitude_message(40 * k, 0.5, -0.7, 0.3, 1.0, 0.0, 0.0)),  # type: ignore[attr-defined]
+        (1, 154, dialect.MAVLink_heartbeat_message(26, 8, 0, 0, 0, 3)),
+        (1, 154, dialect.MAVLink_attitude_message(40 * k, 0.5, -0.7, 0.3, 1.0, 0.0, 0.0)),
     ]
 
 
-def companion(dialect: object, _row: int) -> list[tuple[int, int, object]]:
-    return [(42, 191, dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3))]  # type: ignore[attr-defined]
+def companion(dialect: ModuleType, _row: int) -> list[tuple[int, int, Any]]:
+    return [(42, 191, dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 0, 3))]
 
 
-def second_port(dialect: object, k: int) -> list[tuple[int, int, object]]:
-    message = dialect.MAVLink_servo_output_raw_message(40 * k, 1, *[1100] * 8)  # type: ignore[attr-defined]
+def second_port(dialect: ModuleType, k: int) -> list[tuple[int, int, Any]]:
+    message = dialect.MAVLink_servo_output_raw_message(40 * k, 1, *[1100] * 8)
     return [(1, 1, message)]
 
 
@@ -55,7 +57,7 @@ def second_port(dialect: object, k: int) -> list[tuple[int, int, object]]:
     ("others", "told"), [(boat, "vehicles 2 too"), (gimbal, ""), (companion, ""), (second_port, "")]
 )
 def test_what_others_say_is_not_mixed_in(
-    tmp_path: Path, others: Callable[[object, int], list[tuple[int, int, object]]], told: str
+    tmp_path: Path, others: Callable[[ModuleType, int], list[tuple[int, int, Any]]], told: str
 ) -> None:
     from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -63,7 +65,7 @@ def test_what_others_say_is_not_mixed_in(
     path = write_tlog(tmp_path / "run.tlog", one)
     spoken = b"".join(
         struct.pack(">Q", int(time) // 1000 + 1)
-        + message.pack(dialect.MAVLink(None, srcSystem=system, srcComponent=component))  # type: ignore[attr-defined]
+        + message.pack(dialect.MAVLink(None, srcSystem=system, srcComponent=component))
         for k, time in enumerate(one.time_ns)
         for system, component, message in others(dialect, k)
     )
