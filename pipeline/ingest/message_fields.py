@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 import numpy.typing as npt
@@ -29,11 +30,14 @@ _SECOND_NS = 1_000_000_000
 _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
-_ANY_FLAGS = ("is_valid", "valid")
+_ANY_FLAGS, _MOST_FLAGS = ("is_valid", "valid"), 8
 #: Validity by letters, as NMEA 0183 and DVLs after it write it.
 LETTERS = {"A": 1.0, "V": 0.0}
-#: So many times as much is another quality, or roughness; fewer readings say nothing of it.
-_UNUSUAL, _LEAST_ODD, _LEAST_WEIGHED = 3.0, 3, 20
+#: So many times as much is another quality, or roughness; fewer readings say nothing of it; of more
+#: values a status has none.
+_UNUSUAL, _LEAST_ODD, _LEAST_WEIGHED, _MOST_STATES = 3.0, 3, 20, 4
+#: Numbers that stand for words are above it: no reading is as large.
+_WORDS_ABOVE = 1e16
 
 
 def words_of(frame: str) -> frozenset[str]:
@@ -149,18 +153,22 @@ def stamp_of(tree: object, stamp: Stamp) -> int:
     return total
 
 
-def number_of_text(text: str) -> float | int | None:
+def number_of_text(text: str, *, is_flag: bool = False) -> float | int | None:
     """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds).
+
+    Any word of a flag is a number of its own, that of truth values 1 and 0.
 
     >>> number_of_text("12"), number_of_text("V"), number_of_text("no")
     (12, 0.0, None)
+    >>> number_of_text("LOST", is_flag=True) == number_of_text("OK", is_flag=True)
+    False
     """
     if text in LETTERS:
         return LETTERS[text]
     for kind in (int, float):
         with suppress(ValueError):
             return kind(text)
-    return None
+    return _WORDS_ABOVE + 4.0 * crc32(text.encode()) if is_flag else None
 
 
 @dataclass(frozen=True)
@@ -176,6 +184,8 @@ class Flag:
     most: float
     says: str
     weighed: bool = False
+    by_name: bool = True
+    """Whether its name says that it is of validity; else it must be a state of few values."""
 
     @property
     def is_telling(self) -> bool:
@@ -185,28 +195,45 @@ class Flag:
     def invalid(self, numbers: FloatArray, readings: FloatArray) -> BoolArray:
         """Tell which readings (k, m) are not valid; a flag that is missing says nothing."""
         if self.weighed:
-            return _unlike(numbers, readings)
+            return _unlike(numbers, readings, by_name=self.by_name)
         with np.errstate(invalid="ignore"):
             return np.asarray((numbers < self.least) | (numbers > self.most))
 
 
-def _unlike(numbers: FloatArray, readings: FloatArray) -> BoolArray:
+def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> BoolArray:
     """Find readings (k, m) with another status or quality than usual that are rougher, or stand.
 
-    Whether a status of 1 is good or bad, or how much a figure of merit may be, is not asked.
+    Whether a status of 1 is good or bad, or how much a figure of merit may be, is not asked. What
+    a name does not say to be of validity may be of the motion, in which readings are not noise.
     """
-    none = np.zeros(numbers.size, np.bool_)
-    if not np.isfinite(numbers).any() or numbers.size < _LEAST_WEIGHED:
-        return none
-    middle = float(np.nanmedian(numbers))
+    left_out = np.zeros(numbers.size, np.bool_)
+    known = numbers[np.isfinite(numbers)]
+    if known.size < _LEAST_WEIGHED:
+        return left_out
+    states, counts = np.unique(known, return_counts=True)
+    step, rough = np.full((2, numbers.size), np.nan)
+    step[1:] = np.linalg.norm(np.diff(readings, axis=0), axis=1)
+    rough[1:-1] = np.linalg.norm(np.diff(readings, 2, axis=0), axis=1)
     with np.errstate(invalid="ignore"):
-        odd = (numbers > max(_UNUSUAL * middle, 0.0)) | (numbers < min(middle / _UNUSUAL, middle))
-    rough = np.full(numbers.size, np.nan)
-    rough[1:-1] = np.linalg.norm(readings[2:] - 2.0 * readings[1:-1] + readings[:-2], axis=1)
-    if not (np.isfinite(rough[odd]).sum() >= _LEAST_ODD and np.isfinite(rough[~odd]).any()):
-        return none
-    among_odd, among_usual = (float(np.nanmedian(rough[rows])) for rows in (odd, ~odd))
-    return odd if among_odd > _UNUSUAL * among_usual or among_odd == 0.0 < among_usual else none
+        if states.size <= _MOST_STATES:
+            usual = numbers == states[counts.argmax()]
+            unusual = [numbers == one for one in states if one != states[counts.argmax()]]
+        elif by_name:
+            middle = float(np.median(known))
+            odd = (numbers > max(_UNUSUAL * middle, 0.0)) | (
+                numbers < min(middle / _UNUSUAL, middle)
+            )
+            usual, unusual = ~odd, [odd]
+        else:
+            return left_out
+    for odd in unusual if np.isfinite(rough[usual]).any() else ():
+        if np.isfinite(rough[odd]).sum() < _LEAST_ODD:
+            continue
+        among_odd, among_usual = (float(np.nanmedian(rough[rows])) for rows in (odd, usual))
+        is_noise = by_name or among_odd > float(np.nanmedian(step[odd]))
+        if (is_noise and among_odd > _UNUSUAL * among_usual) or among_odd == 0.0 < among_usual:
+            left_out |= odd
+    return left_out
 
 
 def impossible(quantity: str, values: FloatArray) -> BoolArray:
@@ -240,7 +267,8 @@ def validity_of(
     flags = (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS)
     weighed = data_of("topics")["weighed"]
     weighed = weighed["names"] if kind in weighed["quantities"] else ()
-    found = []
+    found: list[Flag] = []
+    states: list[Flag] = []
     above = _shared(numbers)
     for length in range(len(above), -1, -1):
         here = above[:length]
@@ -254,14 +282,16 @@ def validity_of(
             counts = is_own or not isinstance(flag, float)
             if plain in flags and counts and flag in (0, 1, *LETTERS):
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
-            elif plain in weighed and isinstance(flag, int | float):
-                says = f"are as {name} usually has them"
-                found.append(Flag((*here, name), 0.0, 0.0, says, weighed=True))
+            elif weighed and isinstance(flag, int | float | str):
+                says, by_name = f"are as {name} usually has them", plain in weighed
+                if by_name or isinstance(flag, str) or (type(flag) is not float and flag in (0, 1)):
+                    one = Flag((*here, name), 0.0, 0.0, says, weighed=True, by_name=by_name)
+                    (found if by_name else states).append(one)
         if kind == "velocity":
             found += _of_a_dvl(probe, here)
         if found:
             break
-    return (*found, *_covariance(probe, above))
+    return (*found, *states[:_MOST_FLAGS], *_covariance(probe, above))
 
 
 def _shared(numbers: Sequence[Path]) -> Path:

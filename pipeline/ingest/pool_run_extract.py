@@ -3,6 +3,7 @@
 Only these numbers and two times a message stay in memory, however large the log is.
 """
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -15,7 +16,6 @@ from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byt
 from pipeline.ingest.mcap_gather import Layout, Layouts
 from pipeline.ingest.message_definitions import BrokenMessageError, Path
 from pipeline.ingest.message_fields import (
-    LETTERS,
     NO_STAMP,
     Stamp,
     number_of_text,
@@ -40,6 +40,8 @@ class Request:
     numbers: tuple[Path, ...]
     stamp: Stamp | None = None
     names: Path | None = None
+    flags: frozenset[Path] = frozenset()
+    """Which of the numbers may be words, too."""
 
 
 @dataclass
@@ -220,8 +222,8 @@ class _Reader:
                 if path in layout.texts:
                     begin, size = layout.texts[path]
                     texts = at_every_byte(buffer, np.dtype(f"S{max(size, 1)}"))[start + begin]
-                    letters = [texts == one.encode() for one in LETTERS]
-                    return np.select(letters, [*LETTERS.values()], np.nan)
+                    is_flag = path in sink.request.flags
+                    return np.array([_of_word(one, is_flag=is_flag) for one in texts.tolist()])
                 place = layout.place(path)
                 if place is None:
                     return None
@@ -250,7 +252,8 @@ class _Reader:
                 sink.break_off(rows, row, why)
                 continue
             for column, path in enumerate(request.numbers):
-                rows["values"][row, column] = _number(value_at(tree, path))
+                value = value_at(tree, path)
+                rows["values"][row, column] = _number(value, is_flag=path in request.flags)
             if request.stamp is not None:
                 rows["stamp_ns"][row] = stamp_of(tree, request.stamp)
             if request.names is not None:
@@ -295,9 +298,14 @@ def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
     return whole, Messages(messages.log_time_ns, starts, sizes)
 
 
-def _number(value: object) -> float:
+@functools.lru_cache(maxsize=4096)
+def _of_word(text: bytes, *, is_flag: bool) -> float:
+    return _number(text.rstrip(b"\x00").decode("utf-8", errors="replace"), is_flag=is_flag)
+
+
+def _number(value: object, *, is_flag: bool) -> float:
     if isinstance(value, str):  # JSON has no NaN, and protobuf's JSON writes it as text
-        value = number_of_text(value)
+        value = number_of_text(value, is_flag=is_flag)
     try:
         return float(value) if isinstance(value, bool | int | float) else float("nan")
     except OverflowError:

@@ -196,7 +196,7 @@ class Plan:
     def request(self) -> Request:
         """What it needs of the topic."""
         flags = tuple(flag.path for flag in self.flags)
-        return Request((*self.numbers, *flags), self.stamp, self.names)
+        return Request((*self.numbers, *flags), self.stamp, self.names, frozenset(flags))
 
 
 def plan_channel(

@@ -344,6 +344,7 @@ def requests_of(
         begin = 0 if known is None else len(known.numbers)
         numbers = new.numbers if known is None else known.numbers + new.numbers
         names = new.names if known is None or known.names is None else known.names
-        requests[plan.topic] = Request(numbers, _stamp_of(plan.topic, plans), names)
+        flags = new.flags if known is None else known.flags | new.flags
+        requests[plan.topic] = Request(numbers, _stamp_of(plan.topic, plans), names, flags)
         where[key_of(plan)] = (begin, len(numbers))
     return requests, where

@@ -91,6 +91,36 @@ def test_letters_of_validity_are_read(tmp_path: Path, first: int) -> None:
             assert (channel.marks["not_a_number"] == lost).all(), path.name
 
 
+@pytest.mark.parametrize(
+    ("name", "well", "ill"),
+    [
+        ("state", "TRACKING", "LOST"),
+        ("has_bottom_lock", True, False),
+        ("no_fix", False, True),
+        ("rejected", 0, 1),
+        ("sigma", 0.01, 1.2),
+    ],
+)
+@pytest.mark.parametrize("is_noise", [True, False])
+def test_a_state_of_any_name_counts_where_readings_are_noise(
+    name: str, well: object, ill: object, is_noise: bool, tmp_path: Path
+) -> None:
+    lost, values = np.arange(COUNT) % 100 >= 70, velocities()
+    if is_noise:
+        values[lost] += np.random.default_rng(5).standard_normal((lost.sum(), 3))
+    kind = {str: "string", float: "float64", int: "uint8", bool: "bool"}[type(well)]
+    contents = [
+        {"velocity": row.tolist(), name: ill if odd else well}
+        for row, odd in zip(values, lost, strict=True)
+    ]
+    text = f"float64[3] velocity\n{kind} {name}\n"
+    topic = ros_topic("/dvl", "rig/msg/Dvl", ticks(COUNT, 10.0), contents, text)
+    path = write_log(tmp_path / "run.mcap", [topic])
+    for fast in (True, False):
+        channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+        assert channel.marks.get("not_a_number", np.zeros(1)).sum() == is_noise * lost.sum()
+
+
 def test_a_table_does_not_say_whose_validity_it_is(tmp_path: Path) -> None:
     lines = [f"{k / 10.0},{row[0]},{row[1]},{row[2]},{k % 2}" for k, row in enumerate(velocities())]
     for name, left_out in (("velocity_valid", COUNT / 2), ("valid", 0), ("is_valid", 0)):
