@@ -123,6 +123,10 @@ class TopicTable:
         return column[:, index[0]] if len(index) == 1 and index[0] < column.shape[1] else None
 
 
+#: The topic of a table in time, which has fields and no message.
+TABLE = "table"
+
+
 class TableLog:
     """A recording whose tables are in memory."""
 

@@ -15,14 +15,13 @@ import numpy.typing as npt
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
+from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
 from pipeline.ingest.log_times import counted_on
 from pipeline.ingest.message_fields import LETTERS
 from pipeline.ingest.unit_text import UnitTextError, factor, is_same_unit, quantities_of
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
 from pipeline.types import IntArray
 
-TOPIC = "table"
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 _TIME = re.compile(
     r"((log|rec|unix|epoch|elapsed|gps|run|время)[_ ]?)?(time|timestamp|stamp|t|elapsed|время)"
@@ -79,7 +78,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
     facts.problems += said
     facts.usual = tuple(_usual(units, facts))
-    return TableLog({TOPIC: TopicTable(time_ns, columns)}, facts)
+    return TableLog({TABLE: TopicTable(time_ns, columns)}, facts)
 
 
 def first_time_ns(path: Path) -> int:
@@ -335,7 +334,7 @@ def _channel(
     end = fields[0].rsplit("_", 1)[-1]
     if not unit and end in {"deg", "rad", "mm", "cm", "mv"}:
         unit = {"mv": "mV"}.get(end, end)
-    stated: dict[str, Any] = {"quantity": quantity, "topic": TOPIC, "field": tuple(fields), **more}
+    stated: dict[str, Any] = {"quantity": quantity, "topic": TABLE, "field": tuple(fields), **more}
     if len({units[field] for field in fields}) > 1:
         what = f"columns {', '.join(fields)} have different units; {quantity} was not read."
         facts.problems.append(facts.place.warning(what, remedy="Write them in one unit."))

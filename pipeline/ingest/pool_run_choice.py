@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.log_source import TABLE
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_down import doubtful_depths
+from pipeline.ingest.pool_run_down import depth_against_pressure, doubtful_depths
 from pipeline.ingest.pool_run_health import runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base, on_rows
@@ -70,11 +71,17 @@ def choose_sources(
         if best is not group[0]:
             del taken[group[0].name]
             taken[best.name] = best.channel
-            what = f"{best.name} is taken from {best.channel.topic}, not {group[0].channel.topic}"
+            what = f"{best.name} is taken from {_called(best)}, not {_called(group[0])}"
             told.append(place.warning(f"{what}: {why.rstrip('.')}."))
     for sources in groups:
         told += _also_fitting(sources, taken, place)
     return taken, told
+
+
+def _called(one: ChannelSource) -> str:
+    """Name a source by its topic; a column of a table by its name."""
+    read = one.channel.read
+    return f'"{", ".join(read.fields)}"' if read.topic == TABLE else read.topic
 
 
 def _rank(quantity: str) -> int:
@@ -122,14 +129,15 @@ def _best(
     blamed = []
     try:
         wrong = _wrong_frames(group, run)
+        by_pressure = [one.channel for one in group if one.channel.read.quantity == "pressure"]
         for one in group:
             with_it = replace(run, channels={**run.channels, one.name: one.channel})
             found = [
                 *doubtful_depths(with_it, vehicle, place),
                 *contradictions(with_it, vehicle, place, on_one_base(with_it)),
             ]
-            frame = wrong.get(one.channel.topic)
-            blamed.append([*filter(None, [frame]), *(problem.what for problem in found)])
+            own = [wrong.get(one.channel.topic), depth_against_pressure(one.channel, by_pressure)]
+            blamed.append([*filter(None, own), *(problem.what for problem in found)])
     except CannotComputeError:
         return group[0], ""
     fewest = min(range(len(group)), key=lambda index: len(blamed[index]))
@@ -158,7 +166,7 @@ def _also_fitting(
     group: Sequence[ChannelSource], taken: Mapping[str, RunChannel], place: Place
 ) -> Iterator[Problem]:
     chosen = next((one for one in group if taken.get(one.name) is one.channel), None)
-    others = [one.channel.topic for one in group if one is not chosen]
+    others = [_called(one) for one in group if one is not chosen]
     if chosen is None or not others:
         return  # the channel itself says where it is from
     read = chosen.channel.read

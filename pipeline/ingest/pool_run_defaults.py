@@ -20,6 +20,7 @@ from pipeline.ingest.pool_run_plan import (
     NotThereError,
     Plan,
     TopicFound,
+    is_through_water,
     plan_channel,
     thrusters_named,
 )
@@ -71,7 +72,7 @@ RULES = tuple(
     for one in data_of("topics")["rules"]["by_rank"]
 )
 #: What decides between topics, the topic, and the rule that it fits.
-_Candidate = tuple[tuple[bool, bool, int, int], TopicFound, Rule]
+_Candidate = tuple[tuple[bool, bool, bool, int, int], TopicFound, Rule]
 #: A sensor writes more; a point that a person clicked on a map is written once.
 _FEW_MESSAGES = 10
 #: What the parts of one vehicle are called.
@@ -112,7 +113,8 @@ def choose_by_default(
         found = candidates.setdefault(same_quantities(rule.quantity)[0], [])
         # the largest wins; a command may be given once
         is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
-        order = (spaces.is_ours(topic.name), is_running, rule.rank, topic.messages)
+        is_wanted = not is_through_water(rule.quantity, topic.name)
+        order = (spaces.is_ours(topic.name), is_running, is_wanted, rule.rank, topic.messages)
         found.append((order, topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)

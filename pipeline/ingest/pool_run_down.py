@@ -1,6 +1,6 @@
 """Whether accelerometer, attitude, rates, depth and position agree on where down is."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -34,6 +34,8 @@ _DEEP_M = 100.0
 #: Nothing dives or surfaces faster but what falls free. [m/s]
 _FASTEST_MPS = 4.0
 _MOVING_M, _AGAINST = 0.03, -0.8
+#: Two depths of one vehicle differ by places of sensors, air pressure and water: [m], and a share.
+_LEAST_APART_M, _APART = 0.5, 0.15
 
 
 def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
@@ -194,6 +196,29 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
             "depth positive downwards.",
             "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
         )
+
+
+def depth_against_pressure(channel: RunChannel, by_pressure: Sequence[RunChannel]) -> str:
+    """Say how many times that by a pressure a depth is, where that is more than a calibration.
+
+    Pascals show by themselves that they are some; metres do not.
+    """
+    depth = _median(channel)
+    for other in by_pressure if channel.read.quantity == "depth" else ():
+        of_other = _median(other)
+        least = _LEAST_APART_M + _APART * abs(of_other)
+        if abs(depth - of_other) > least and of_other > _LEAST_APART_M:
+            by = f"({other.topic}: {', '.join(other.read.fields)})"
+            return (
+                f"the depth ({channel.topic}: {', '.join(channel.read.fields)}) is "
+                f"{depth / of_other:.3g} times that by the pressure {by}: check its unit"
+            )
+    return ""
+
+
+def _median(channel: RunChannel) -> float:
+    values = channel.values[channel.usable()]
+    return float(np.nanmedian(values)) if np.isfinite(values).any() else float("nan")
 
 
 def is_stated(channel: RunChannel) -> bool:

@@ -42,6 +42,9 @@ _OF_SPEEDS, _OF_CHANGES = (0.25, 0.08, 0.4), (0.05, 0.05, 0.55)
 _MOST_LEFT_OF_HALF = 0.75
 #: What the rate of position leaves at most of a velocity that is as it was read.
 _AGREES = 0.1
+#: A velocity that is so many times the one by another sensor is in a smaller unit than m/s: a knot
+#: is 0.51. Its changes are less than those felt, however alike, and of a sound one up to 0.9 times.
+MOST_OF_UNIT, _MOST_OF_FELT, _FELT_ALIKE = 1.7, 1.4, 0.85
 #: Readings that leave so little more than the best are told beside it, up to so many.
 _ALIKE, _MOST_TOLD = 0.03, 3
 #: A current that a vehicle may drift in [m/s]; rows that tell it.
@@ -98,7 +101,29 @@ def meant_otherwise(
         )
         if said := _told(list(by_force), "the acceleration that the IMU feels", _OF_CHANGES):
             return said
+        change = _change(readings[0].velocity, table, rate_hz)
+        if said := _of_another_unit(sums_of_parts(change, felt, rows)):
+            return said
     return _by_push(run, table, readings, rows, vehicle)
+
+
+def _of_another_unit(parts: Sequence[Sums]) -> str:
+    """Say how many times what the IMU feels the level changes of a velocity are.
+
+    Sums over a run and its halves. A unit is too small in all of them; what is too large may be
+    filtered.
+    """
+    level = [
+        [np.trace(one[:2, :2]) for one in (sums.motion, sums.along, sums.causes)] for sums in parts
+    ]
+    motion, along, causes = np.maximum(np.array(level).T, 1e-9)
+    ratio, alike = np.sqrt(motion / causes), along / np.sqrt(motion * causes)
+    if alike[0] < _FELT_ALIKE or (ratio < _MOST_OF_FELT).any():
+        return ""
+    return (
+        f"changes {ratio[0]:.3g} times as much as the acceleration that the IMU feels has it: "
+        "check its unit."
+    )
 
 
 def _by_push(

@@ -10,7 +10,7 @@ from pipeline.ingest.message_definitions import Path, parse_path, path_text
 from pipeline.ingest.message_fields import Flag, Stamp, points_down, validity_of
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_extract import Request
-from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES
+from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES, same_quantities
 from pipeline.records.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -218,6 +218,10 @@ def plan_channel(
     names, columns, numbers = elements_of(stated, texts, numbers, thrusters, notes, doubts)
     if stated.quantity in PER_THRUSTER and names is None:
         numbers = numbers[: len(columns)]
+    if mapped_by.startswith("default") and is_through_water(stated.quantity, topic.name):
+        doubts.append(
+            "by its name it is the velocity through the water, and is taken for the one over ground"
+        )
     count = COMPONENTS[stated.quantity]
     if count is not None and len(numbers) != count:
         raise NotThereError(
@@ -249,6 +253,17 @@ def plan_channel(
         validity_of(stated.quantity, probe, numbers),
         tuple(doubts),
     )
+
+
+def is_through_water(quantity: str, topic: str) -> bool:
+    """Tell whether a topic is called a velocity through the water.
+
+    >>> is_through_water("velocity", "/dvl/water_track"), is_through_water("velocity", "/dvl/wtf")
+    (True, False)
+    """
+    pattern = data_of("topics")["patterns"]["through_water"]
+    is_velocity = quantity in same_quantities("velocity")
+    return is_velocity and re.search(pattern, topic, re.IGNORECASE) is not None
 
 
 def _numbers(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[tuple[str, ...], list[Path]]:

@@ -248,7 +248,7 @@ def _add_to_groups(plan: Plan, groups: list[tuple[Plan, ...]], each: list[Plan])
         return
     for number, group in enumerate(groups):
         if plan.quantity in same_quantities(group[0].quantity):
-            if plan.topic not in {one.topic for one in group}:
+            if key_of(plan) not in {key_of(one) for one in group}:
                 groups[number] = (*group, plan)
             return
     groups.append((plan,))
@@ -298,8 +298,8 @@ def channel_name(plan: Plan) -> str:
 
 
 def key_of(plan: Plan) -> tuple[str, str]:
-    """Return what tells the plans of a run apart."""
-    return plan.topic, channel_name(plan)
+    """Return what tells the plans of a run apart; a table may have a depth and a pressure."""
+    return plan.topic, f"{channel_name(plan)} {plan.quantity} {plan.fields}"
 
 
 def nothing_mapped(

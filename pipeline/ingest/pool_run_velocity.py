@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_convert import BODY, EARTH
-from pipeline.ingest.pool_run_meant import Reading, meant_otherwise, rate_of
+from pipeline.ingest.pool_run_meant import MOST_OF_UNIT, Reading, meant_otherwise, rate_of
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.ingest.pool_run_score import Sums, mean_over
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -22,6 +22,8 @@ _LEAST_MPS = 0.02
 #: A second has all its rows where their mean is above it.
 _WHOLE = 0.99
 _AGAINST, _AGREES = -0.6, 0.8
+#: A velocity that is so much less than the rate of place may be filtered.
+_LEAST_OF_UNIT = 0.4
 #: A velocity less than this share of the rate of place may be right: noise of the place hides it.
 _LEAST_RATIO = 0.5
 #: Correlation of a way with the next one, at least: -0.5 if places are noise, near 1 in motion.
@@ -147,7 +149,7 @@ def _against(
         return ""
     correlation, ratio = found
     if correlation >= _AGREES:
-        if 0.4 < ratio < 2.5:
+        if _LEAST_OF_UNIT < ratio < MOST_OF_UNIT:
             return ""
         return f"is {ratio:.3g} times {what} (correlation {correlation:.2f}): check its unit."
     better = [

@@ -41,7 +41,8 @@ _AMPERE = {"A": 1.0, "mA": 1e-3, "cA": 1e-2}
 _METRE = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048}
 _FORCE = {"N": 1.0, "kN": 1e3, "kgf": STANDARD_GRAVITY_MPS2, "gf": 1e-3 * STANDARD_GRAVITY_MPS2,
           "lbf": 4.4482216152605}  # fmt: skip
-_SPEED = {"m/s": 1.0, "dm/s": 0.1, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852.0 / 3600.0}
+_SPEED = {"m/s": 1.0, "dm/s": 0.1, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852.0 / 3600.0,
+          "km/h": 1.0 / 3.6, "ft/s": 0.3048}  # fmt: skip
 #: Quantity -> unit as it is written in the vehicle file -> what one of it is worth in the unit of
 #: the records, which stands first. Commands are converted by drive, so theirs are worth nothing.
 UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(

@@ -100,6 +100,42 @@ def test_a_pressure_stands_for_a_depth_in_another_unit(tmp_path: Path) -> None:
     assert run.channels["depth"].topic == "/pressure"
 
 
+@pytest.mark.parametrize(("factor", "taken"), [(1.0, "depth"), (3.28, "pressure")])
+def test_a_column_of_pressures_stands_for_a_depth_in_feet(
+    factor: float, taken: str, tmp_path: Path
+) -> None:
+    still = 4.0 + 0.001 * np.sin(T)
+    rows = rows_of(T, factor * still, 101_325.0 + 9810.0 * still, EULER)
+    run = table(tmp_path, f"time [s],depth,pressure [Pa],p,q,r\n{rows}")
+    assert run.channels["depth"].read.quantity == taken
+    np.testing.assert_allclose(run.channels["depth"].values[:, 0], still, atol=1e-3)
+    assert ("3.28 times that by the pressure" in said(run)) == (factor > 1.0)
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (1.944, True), (3.6, True)])
+def test_a_velocity_in_knots_changes_more_than_is_felt(
+    factor: float, told: bool, tmp_path: Path
+) -> None:
+    t = np.arange(0.0, 60.0, 0.05)
+    surge, still = 0.5 + 0.4 * np.sin(0.8 * t), 0.0 * t
+    felt = [0.32 * np.cos(0.8 * t), still, still - 9.81]
+    columns = (factor * surge, still, still, *felt, still, still, 0.001 * np.sin(t))
+    rows = rows_of(t, *columns)
+    run = table(tmp_path, f"time,u,v,w,ax,ay,az,roll,pitch,yaw\n{rows}")
+    assert ("times as much as the acceleration" in said(run)) == told
+
+
+@pytest.mark.parametrize(("also", "taken"), [(True, "bottom"), (False, "water")])
+def test_a_velocity_through_the_water_comes_last(also: bool, taken: str, tmp_path: Path) -> None:
+    def track(name: str, every: int) -> Topic:
+        contents = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in SPEED.tolist()]
+        return json_topic(f"/dvl/{name}_track", TIMES[::every], contents[::every])
+
+    run = read(tmp_path, [track("water", 1), *([track("bottom", 2)] if also else [])])
+    assert run.channels["velocity"].topic == f"/dvl/{taken}_track"
+    assert ("velocity through the water" in said(run)) is not also
+
+
 @pytest.mark.parametrize(("sign", "told"), [(1.0, False), (-1.0, True)])
 def test_a_velocity_against_the_thrust(sign: float, told: bool, tmp_path: Path) -> None:
     body = SPEED * [sign, sign, 1.0]
