@@ -4,40 +4,33 @@ The first line names the columns, with their units in brackets or at the end of 
 the time: seconds (or another unit) since the start or since 1970, or dates of ISO 8601.
 """
 
+import csv
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
+from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
-from pipeline.ingest.log_times import counted_on
 from pipeline.ingest.message_fields import LETTERS
-from pipeline.ingest.unit_text import UnitTextError, factor, is_same_unit, quantities_of
-from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
-from pipeline.types import IntArray
+from pipeline.ingest.quantities import same_quantities
+from pipeline.ingest.table_times import WORTH_NS, time_column, times_of
+from pipeline.ingest.text_table import delimiter_of, encoding_of
+from pipeline.ingest.unit_text import is_same_unit
+from pipeline.records.pool_schema import UNITS, PoolChannel
 
-_HEAD = re.compile(r"\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
-_TIME = re.compile(
-    r"((log|rec|unix|epoch|elapsed|gps|run|время)[_ ]?)?(time|timestamp|stamp|t|elapsed|время)"
-    r"([_ ]?(utc|boot|elapsed))?(_?(?P<unit>ns|us|ms|s|sec|min|h))?"
-)
-#: Numbers without a unit that are times since 1970 are at least this many of it.
-_SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11), ("s", 1e8))
-#: What one may be worth otherwise [ns], days as spreadsheets count them among them; the usual step
-#: between rows [s], and by how many powers of ten nearer to it another unit than seconds must be.
-_WORTH_NS = {**CLOCK_UNITS_NS, "min": 60 * 10**9, "h": 3600 * 10**9, "days": 86_400 * 10**9}
+_HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])]|,(?P<after>[^,]*))\s*")
+_KNOWN = ("%", *dict.fromkeys(one for units in UNITS.values() for one in units), *WORTH_NS)
+_NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
+_BYTES_OF_HEAD, _LINES_OF_HEAD, _LOOKED_AT = 65_536, 60, 20
 #: Rows of which more go back in time are sorted; fewer are a clock that was set.
 _MOST_BACK = 0.1
-_USUAL_STEP_S, _NEARER = 0.05, 1.0
-_KNOWN = ("%", *dict.fromkeys(one for units in UNITS.values() for one in units), *_WORTH_NS)
-_NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
-_BYTES_OF_HEAD = 65_536
 
 
 def read_table(path: Path, shown_as: str) -> TableLog:
@@ -52,7 +45,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     if under:
         frame = frame.iloc[1:]
         heads = [(name, unit or own) for (name, unit), own in zip(heads, under, strict=True)]
-    index = _time_column(heads)
+    index = time_column(heads)
     if index is None:
         named = ", ".join(name for name, _ in heads[:12])
         raise InputError.at(
@@ -61,7 +54,8 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             expected='a column "time" or "t", its unit in brackets: time [s].',
             remedy="Name it, or move the file out of pool/ if it is no run.",
         )
-    time_ns, rows, said = _times(frame.iloc[:, index], *heads[index], place)
+    numbers = [_numbers(frame.iloc[:, number]) for number in range(len(heads))]
+    time_ns, rows, said = times_of(numbers, heads, index, place)
     if (np.diff(time_ns) < 0).mean() > _MOST_BACK:
         order = np.argsort(time_ns, kind="stable")
         time_ns, rows = time_ns[order], rows[order]
@@ -69,7 +63,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     columns: dict[str, npt.NDArray[Any]] = {}
     units: dict[str, str] = {}
     for number, (name, unit) in enumerate(heads):
-        values = _numbers(frame.iloc[:, number]).to_numpy()
+        values = numbers[number].to_numpy()
         if number != index and values.dtype.kind in "iufb":
             field = _field(name)
             columns.setdefault(field, values[rows].astype(float))
@@ -77,7 +71,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     size = path.stat().st_size
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
     facts.problems += said
-    facts.usual = tuple(_usual(units, facts))
+    facts.usual = tuple(_usual(units, columns, facts))
     return TableLog({TABLE: TopicTable(time_ns, columns)}, facts)
 
 
@@ -86,40 +80,12 @@ def first_time_ns(path: Path) -> int:
     try:
         frame = _frame(path, Place(path.name), rows=3)
         heads = [_split(str(name)) for name in frame.columns]
-        index = _time_column(heads)
+        index = time_column(heads)
         if index is None:
             return 0
-        return int(_times(frame.iloc[:, index], *heads[index], Place(path.name))[0][0])
+        numbers = [_numbers(frame.iloc[:, number]) for number in range(len(heads))]
+        return int(times_of(numbers, heads, index, Place(path.name))[0][0])
     except (InputError, OSError, IndexError, ValueError):
-        return 0
-
-
-def _time_column(heads: Sequence[tuple[str, str]]) -> int | None:
-    """Return the column that has the time: one with a unit of time, else one that is called so.
-
-    >>> _time_column([("t", "degC"), ("t", ""), ("time", "")]), _time_column([("time", "K")])
-    (2, None)
-    """
-    named = []
-    for index, (name, unit) in enumerate(heads):
-        match = _TIME.fullmatch(name)
-        if match is not None and (not unit or _worth_ns(unit) or not quantities_of(unit)):
-            has_unit = bool(unit or match["unit"])
-            named.append((not has_unit, name == "t", index))
-    return min(named)[2] if named else None
-
-
-def _worth_ns(unit: str) -> int:
-    """Return what one of a unit of time is worth [ns], 0 where it is none.
-
-    >>> _worth_ns("min"), _worth_ns("msec"), _worth_ns("degC")
-    (60000000000, 1000000, 0)
-    """
-    if unit in _WORTH_NS:
-        return _WORTH_NS[unit]
-    try:
-        return round(1e9 * factor(unit, "time"))
-    except UnitTextError:
         return 0
 
 
@@ -134,18 +100,20 @@ def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: A
             frame.index.name = frame.index.name or "time"
             return frame.reset_index()
         with path.open("rb") as file:
-            head = file.read(_BYTES_OF_HEAD).decode("utf-8-sig", errors="replace").splitlines()
-        first = next((line for line in head if line.strip()), "")
-        apart = max("\t;,", key=first.count)
-        some = [line for line in head[1:50] if line.strip()]
-        comma = apart != "," and any(re.search(r"\d,\d", line) for line in some)
+            sample = file.read(_BYTES_OF_HEAD)
+        encoding = encoding_of(sample)
+        lines = sample.decode(encoding, errors="replace").splitlines()[:_LINES_OF_HEAD]
+        apart = delimiter_of([line for line in lines if line.strip()][-_LOOKED_AT:])
+        head, below = _head_row(lines, apart)
+        comma = apart != "," and any(re.search(r"\d,\d", line) for line in below)
         return pd.read_csv(
             path,
-            sep=apart,
+            sep=apart or r"\s+",
             decimal="," if comma else ".",
-            encoding="utf-8-sig",
+            encoding=encoding,
             skipinitialspace=True,
             low_memory=False,
+            skiprows=head,
             nrows=rows,
         )
     except ImportError:
@@ -156,6 +124,29 @@ def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: A
     raise InputError.at(
         place, f"the table cannot be read ({why}).", expected="a table in time.", remedy=remedy
     )
+
+
+def _head_row(lines: Sequence[str], apart: str | None) -> tuple[int, Sequence[str]]:
+    """Return where the names stand, after titles and remarks, and the lines of readings below.
+
+    They are the first of the lines above the readings that have as many cells.
+
+    >>> _head_row(["# pool log", "", "time,u", "s,m/s", "0.0,1.0", "0.1,1.1"], ",")
+    (2, ['0.0,1.0', '0.1,1.1'])
+    """
+    cells = [line.split() if apart is None else next(csv.reader([line], delimiter=apart), [])
+             for line in lines]  # fmt: skip
+    width = max(map(len, cells), default=0)
+    readings = (
+        at
+        for at, row in enumerate(cells)
+        if len(row) == width and sum(one[:1].isdigit() or is_number(one) for one in row) * 2 > width
+    )
+    data = next(readings, 0)
+    head = data
+    while head and len(cells[head - 1]) in (width, width + (apart is None)):
+        head -= 1
+    return head, lines[data:]
 
 
 def _numbers(column: Any) -> Any:  # noqa: ANN401  a column of pandas
@@ -176,8 +167,13 @@ def _split(head: str) -> tuple[str, str]:
     >>> _split("Roll [deg]"), _split("time_ms"), _split("depth_m")
     (('roll', 'deg'), ('time_ms', ''), ('depth_m', ''))
     """
+    head = head.lstrip("#%/ ")
     match = _HEAD.fullmatch(head)
-    name, unit = (match["name"], match["unit"].strip()) if match else (head.strip(), "")
+    name, unit = (
+        (match["name"], (match["unit"] or match["after"] or "").strip())
+        if match
+        else (head.strip(), "")
+    )
     return name.strip().lower(), _as_known(unit)
 
 
@@ -188,8 +184,10 @@ def _as_known(unit: str) -> str:
     >>> [_as_known(one) for one in ("м/с", "m/s²", "°/s", "dps", "Pa", "mA", "K")]
     ['m/s', 'm/s2', 'deg/s', 'deg/s', 'Pa', 'mA', 'K']
     """
-    is_known = unit in _KNOWN or unit in _NO_UNIT
-    return unit if is_known else next((one for one in _KNOWN if is_same_unit(unit, one)), unit)
+    if unit in _KNOWN or unit in _NO_UNIT:
+        return unit
+    spelled = (one for one, others in data_of("topics")["spelled"].items() if unit in others)
+    return next(spelled, None) or next((one for one in _KNOWN if is_same_unit(unit, one)), unit)
 
 
 def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
@@ -206,144 +204,91 @@ def _field(name: str) -> str:
     return plain if plain[:1].isalpha() else f"c_{plain}"
 
 
-def _times(
-    column: Any,  # noqa: ANN401  of pandas
-    name: str,
-    unit: str,
-    place: Place,
-) -> tuple[IntArray, IntArray, list[Problem]]:
-    """Return the times [ns] of the rows that have one, which these are, and what was assumed."""
-    import pandas as pd
+def _usual(
+    units: dict[str, str], columns: dict[str, Any], facts: LogFacts
+) -> Iterator[PoolChannel]:
+    """Yield the channels that the names of columns tell, and say whose unit is not known.
 
-    if column.dtype.kind == "m":
-        column, unit = column.dt.total_seconds(), "s"
-    column = _numbers(column)
-    if column.dtype.kind not in "iuf":
-        dates = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
-        sound = dates.notna().to_numpy()
-        if sound.mean() < 0.5:
-            raise InputError.at(
-                place,
-                f'the times in column "{name}" are neither numbers nor dates of ISO 8601.',
-                remedy="Write them as seconds, or as 2026-05-04T10:00:00.25Z.",
-            )
-        at = dates[sound].dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
-        return at.astype(np.int64), np.flatnonzero(sound), []
-    rows = np.flatnonzero(np.isfinite(column.to_numpy()))
-    values = column.to_numpy()[rows]
-    match = _TIME.fullmatch(name)
-    stated = unit or (match["unit"] if match is not None else None) or ""
-    said: list[Problem] = []
-    if not stated:
-        stated = _unit_by_numbers(values.astype(float))
-        if stated != "s" and not _since_1970(values):
-            step = float(np.median(np.diff(values.astype(float))))
-            what = (
-                f'the times in column "{name}" have no unit: a step of {step:.3g} is taken for '
-                f"{stated}, as rows in seconds would be {step:.3g} s apart."
-            )
-            remedy = "State the unit in the head of the column: time [s]."
-            said.append(place.warning(what, remedy=remedy))
-    worth = _worth_ns(stated)
-    if not worth:
-        raise InputError.at(
-            place,
-            f'"{stated}" of column "{name}" is no unit of time.',
-            expected="s, ms, us, ns, min or h.",
-            remedy="Correct the head of the column: time [s].",
-        )
-    whole = values.astype(np.int64) if values.dtype.kind in "iu" else np.floor(values)
-    time_ns = whole.astype(np.int64) * worth
-    if values.dtype.kind == "f":
-        time_ns += np.rint((values - whole) * worth).astype(np.int64)
-    counted, how = counted_on(time_ns, worth)
-    if how:
-        what = f'the times in column "{name}" begin anew {how}: they were counted on.'
-        said.append(place.warning(what))
-    return counted, rows, said
-
-
-def _since_1970(values: npt.NDArray[Any]) -> str:
-    """Return the unit of times since 1970 by their size, empty for others."""
-    largest = float(np.median(values)) if values.size else 0.0
-    return next((one for one, least in _SINCE_1970 if largest >= least), "")
-
-
-def _unit_by_numbers(values: npt.NDArray[Any]) -> str:
-    """Tell the unit of times by their size, or by the step in which a recorder writes rows.
-
-    >>> _unit_by_numbers(np.arange(9.0) * 20.0), _unit_by_numbers(np.arange(9.0))
-    ('ms', 's')
+    Units that stand at the end of a name are put into `units`; what cannot be read is taken out of
+    the `columns`.
     """
-    steps = np.diff(values)
-    steps = steps[steps > 0.0]
-    if (known := _since_1970(values)) or not steps.size:
-        return known or "s"
-
-    def off(unit: str) -> float:
-        step_s = float(np.median(steps)) * _WORTH_NS[unit] / 1e9
-        return abs(float(np.log10(step_s / _USUAL_STEP_S)))
-
-    best = min(_WORTH_NS, key=off)
-    return best if off(best) < off("s") - _NEARER else "s"
-
-
-def _usual(units: Mapping[str, str], facts: LogFacts) -> list[PoolChannel]:
-    """Return the channels that the names of columns tell, and say whose unit is not known."""
-    found = []
+    used: set[str] = set()
     for quantity, choices in data_of("topics")["columns"].items():
         for names in choices:
-            fields = [field for name in names if (field := _with_unit(name, units)) is not None]
-            if len(fields) == len(names):
+            fields = [_with_unit(name, quantity, units) for name in names]
+            if all(fields):
                 order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
-                found += _channel(quantity, fields, units, facts, **order)
+                used |= {*fields}
+                yield from _channel(quantity, fields, units, columns, facts, **order)
                 break
     for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
         begin = "|".join(begins)  # the longer ones stand first
-        columns: dict[str, tuple[str, str]] = {}
+        of: dict[str, str] = {}
         for match in filter(None, (re.fullmatch(rf"({begin})_(.+)", field) for field in units)):
-            first, _ = columns.setdefault(match[2], (match[0], begins[match[1]]))
+            first = of.setdefault(match[2], match[0])
             if first != match[0]:
                 both = f'columns "{first}" and "{match[0]}"'
                 what = f"{both} may both be {quantity}: the first is taken."
                 facts.problems.append(facts.place.warning(what, remedy="Rename the other."))
-        for thruster, (field, unit) in columns.items():
-            own = {**units, field: units[field] or unit}
-            found += _channel(quantity, [field], own, facts, thrusters=(thruster,))
-    return found
+            units[first] = units[first] or begins[match[1]]
+        used |= {*of.values()}
+        by_number = {int(found[1]): field for name, field in of.items()
+                     if (found := re.fullmatch(r"[a-z_]*?(\d+)", name))}  # fmt: skip
+        if of and len(by_number) == len(of):
+            in_order = [by_number[number] for number in sorted(by_number)]
+            yield from _channel(quantity, in_order, units, columns, facts)
+            continue
+        for thruster, field in of.items():
+            yield from _channel(quantity, [field], units, columns, facts, thrusters=(thruster,))
+    if rest := [field for field in units if field not in used]:
+        shown = f"{', '.join(rest[:12])}{', ...' if len(rest) > 12 else ''}"
+        facts.problems.append(
+            facts.place.note(f"columns whose names tell no quantity: {shown}; they were not read.")
+        )
 
 
-def _with_unit(name: str, units: Mapping[str, str]) -> str | None:
-    """Return the column of a name, which may have a unit at its end."""
+def _with_unit(name: str, quantity: str, units: dict[str, str]) -> str:
+    """Return the column of a name, which may have a unit of the quantity at its end; or nothing."""
     if name in units:
         return name
-    return next(
-        (field for field in units if re.fullmatch(rf"{name}_(deg|rad|mm|cm|m|v|a|mv)", field)), None
-    )
+    for field, unit in units.items():
+        end = field.removeprefix(f"{name}_")
+        spelled = (end, re.sub(r"p(?=s|h)", "/", end), end[:-1] + end[-1:].upper())
+        at_end = {_as_known(one) for one in spelled} & {*UNITS[quantity]}
+        if end != field and at_end:
+            units[field] = unit or at_end.pop()
+            return field
+    return ""
 
 
 def _channel(
     quantity: str,
     fields: Sequence[str],
-    units: Mapping[str, str],
+    units: dict[str, str],
+    columns: dict[str, Any],
     facts: LogFacts,
     **more: Any,  # noqa: ANN401
-) -> list[PoolChannel]:
-    """Return a channel; none where its unit is not one of the quantity."""
+) -> Iterator[PoolChannel]:
+    """Yield a channel; none where its unit is not one of the quantity."""
     unit = units[fields[0]]
-    end = fields[0].rsplit("_", 1)[-1]
-    if not unit and end in {"deg", "rad", "mm", "cm", "mv"}:
-        unit = {"mv": "mV"}.get(end, end)
-    stated: dict[str, Any] = {"quantity": quantity, "topic": TABLE, "field": tuple(fields), **more}
     if len({units[field] for field in fields}) > 1:
         what = f"columns {', '.join(fields)} have different units; {quantity} was not read."
         facts.problems.append(facts.place.warning(what, remedy="Write them in one unit."))
-        return []
-    if unit:
-        if unit not in UNITS[quantity]:
-            what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'
-            known = f"one of {', '.join(UNITS[quantity])}."
-            facts.problems.append(facts.place.note(what, known, "Correct the head of the column."))
-            return []
-        stated["unit"] = unit
-    return [PoolChannel.model_validate(stated)]
+        _take_out(columns, fields)
+        return
+    # a depth in bar is a pressure
+    alike = [one for one in same_quantities(quantity) if not unit or unit in UNITS[one]]
+    if not alike:
+        what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'
+        known = f"one of {', '.join(UNITS[quantity])}."
+        facts.problems.append(facts.place.warning(what, known, "Correct the head of the column."))
+        _take_out(columns, fields)
+        return
+    stated: dict[str, Any] = {"topic": TABLE, "field": tuple(fields), **more}
+    stated["quantity"] = quantity if quantity in alike else alike[0]
+    yield PoolChannel.model_validate(stated | ({"unit": unit} if unit else {}))
+
+
+def _take_out(columns: dict[str, Any], fields: Sequence[str]) -> None:
+    for field in fields:
+        columns.pop(field, None)

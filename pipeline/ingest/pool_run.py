@@ -188,6 +188,7 @@ class _Reading:
                 self._doubts[f"{name} {plan.topic}"] = (
                     *plan.doubts,
                     *filter(None, [converted.doubt]),
+                    *self._spare(plan),
                 )
         return found
 
@@ -204,8 +205,25 @@ class _Reading:
 
     def _numbers(self, plan: Plan) -> FloatArray:
         """Return what was taken from the messages for a plan (k, m)."""
+        return self._elements(plan)[:, : plan.wanted]
+
+    def _elements(self, plan: Plan) -> FloatArray:
+        """Return all numbers of the field, those beyond the last thruster, too."""
         begin = self.where[key_of(plan)][0]
         return self.data[plan.topic].values[:, begin : begin + len(plan.numbers)]
+
+    def _spare(self, plan: Plan) -> Iterator[str]:
+        """Say where elements move that no thruster was left for, and some that are taken do not."""
+        moves = np.array([np.nanmax(one, initial=-np.inf) > np.nanmin(one, initial=np.inf)
+                          for one in self._elements(plan).T])  # fmt: skip
+        if moves[plan.wanted :].any() and not moves[: plan.wanted].all():
+            still, alive = (np.flatnonzero(one).tolist() for one in (~moves[: plan.wanted], moves))
+            spare = [at for at in alive if at >= plan.wanted]
+            yield (
+                f"its elements {', '.join(map(str, still))} (from 0) never change, and "
+                f"{', '.join(map(str, spare))}, which change, were not read: thrusters may be "
+                "other elements"
+            )
 
 
 def _notes_of(path: Path, raw_root: Path, problems: list[Problem]) -> RunNotes | None:

@@ -25,10 +25,12 @@ EARTH = {
     "nwu": np.diag([1.0, -1.0, -1.0]),
 }
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
-#: Standard atmosphere; a sensor that reads less than half of it at its lowest reads from there.
-ATMOSPHERE_PA = 101325.0
+#: Standard atmosphere; the share of it that a sensor never reads which reads from a vacuum.
+ATMOSPHERE_PA, _THIN_AIR = 101325.0, 0.8
 #: Where more of the angles cannot be the unit is wrong, or the order.
 _MOST_NONE = 0.5
+#: A pitch is counted from 0 to a turn where it is so near to seven eighths of it. [half turns]
+_OF_A_TURN = 0.251
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,7 @@ def convert(
     if plan.quantity == "attitude_quaternion":
         raw = _attitude(plan, raw)
     elif plan.quantity == "attitude_euler":
+        raw[:, 1] -= 2.0 * np.pi * (np.abs(raw[:, 1] / np.pi - 1.75) < _OF_A_TURN)
         none = np.abs(raw[:, 1]) > np.pi / 2.0 + 0.01  # no pitch, but a number for none
         raw[none & (none.mean() < _MOST_NONE)] = np.nan
         raw = _attitude(plan, _from_euler(raw), order="xyzw")
@@ -163,7 +166,8 @@ def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:
         surface = water.surface_pressure_pa
     if surface is None:
         finite = raw[np.isfinite(raw)]
-        reads_from_surface = finite.size > 0 and float(np.median(finite)) < 0.5 * ATMOSPHERE_PA
+        low = float(np.quantile(finite, 0.1)) if finite.size else ATMOSPHERE_PA
+        reads_from_surface = low < _THIN_AIR * ATMOSPHERE_PA
         surface = 0.0 if reads_from_surface else ATMOSPHERE_PA
         notes.append(
             f"the surface is taken to be at {surface:g} Pa; state surface_pressure_pa otherwise"

@@ -193,6 +193,12 @@ class Plan:
         return self.stated.quantity
 
     @property
+    def wanted(self) -> int:
+        """How many of the numbers are taken; a field may have more than there are thrusters."""
+        is_each = self.quantity in PER_THRUSTER and self.names is None
+        return len(self.thrusters) if is_each else len(self.numbers)
+
+    @property
     def request(self) -> Request:
         """What it needs of the topic."""
         flags = tuple(flag.path for flag in self.flags)
@@ -216,8 +222,6 @@ def plan_channel(
     texts = value_at(probe, ("name",))
     doubts: list[str] = []
     names, columns, numbers = elements_of(stated, texts, numbers, thrusters, notes, doubts)
-    if stated.quantity in PER_THRUSTER and names is None:
-        numbers = numbers[: len(columns)]
     if mapped_by.startswith("default") and is_through_water(stated.quantity, topic.name):
         doubts.append(
             "by its name it is the velocity through the water, and is taken for the one over ground"

@@ -1,5 +1,6 @@
 """Tables in text files: encoding and delimiter found by looking, cells without a name told."""
 
+import codecs
 import csv
 import re
 from collections import Counter
@@ -17,23 +18,39 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff",
 _BINARY = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffd]")
 _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?")
 _LOOKED_AT = 200
+_MIXED = re.compile("[A-Za-z][\u0400-\u04ff]|[\u0400-\u04ff][A-Za-z]")
+_CYRILLIC = re.compile("[\u0400-\u04ff]{2}")
 _POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 
+def encoding_of(sample: bytes) -> str:
+    """Tell the encoding of a text by its beginning.
+
+    UTF-8 and UTF-16 with or without mark, or else Windows-1251, or 1252 where most letters that the
+    former has beyond ASCII stand within Latin words.
+
+    >>> [encoding_of(one) for one in ("Тяга".encode(), "Тяга, Н".encode("cp1251"),
+    ...                               "Rückwärts".encode("cp1252"))]
+    ['utf-8', 'cp1251', 'cp1252']
+    """
+    for mark, encoding in _MARKS:
+        if sample.startswith(mark):
+            return encoding
+    head = sample[:4000]
+    for at, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if head[at::2].count(0) > len(head) // 4:
+            return encoding
+    with suppress(UnicodeDecodeError):
+        codecs.getincrementaldecoder("utf-8")().decode(sample)
+        return "utf-8"
+    text = sample.decode("cp1251", errors="replace")
+    return "cp1252" if len(_MIXED.findall(text)) > len(_CYRILLIC.findall(text)) else "cp1251"
+
+
 def _decode(data: bytes, place: Place) -> str:
-    """Decode a text file: UTF-8 and UTF-16 with or without mark, else Windows-1251."""
-    sample = data[:4000]
-    of_mark = [encoding for mark, encoding in _MARKS if data.startswith(mark)]
-    of_zeros = [
-        encoding
-        for at, encoding in ((1, "utf-16-le"), (0, "utf-16-be"))
-        if sample[at::2].count(0) > len(sample) // 4
-    ]
     text: str | None = None
-    for encoding in of_mark or of_zeros[:1] or ["utf-8", "cp1251"]:
-        with suppress(UnicodeDecodeError):
-            text = data.decode(encoding)
-            break
+    with suppress(UnicodeDecodeError):
+        text = data.decode(encoding_of(data))
     if text is None or _BINARY.search(text[:100_000]):
         raise InputError.at(
             place,
@@ -61,7 +78,7 @@ def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
             expected="an .xlsx workbook or a CSV file.",
             remedy="Open it in a spreadsheet program and save it as .xlsx.",
         )
-    delimiter = _delimiter(text.splitlines()[:_LOOKED_AT])
+    delimiter = delimiter_of(text.splitlines()[:_LOOKED_AT])
     rows = _split(text, delimiter, place, limits)
     problems: tuple[Problem, ...] = ()
     if delimiter is not None:
@@ -118,7 +135,8 @@ def _refuse_swallowed_rows(fields: list[str], delimiter: str, place: Place) -> N
                 )
 
 
-def _delimiter(lines: list[str]) -> str | None:
+def delimiter_of(lines: list[str]) -> str | None:
+    """Return what parts the cells of most lines, None for blanks."""
     for delimiter in ("\t", ";", ",", "|"):
         counts = Counter(line.count(delimiter) for line in lines if line.strip())
         with_it = sum(count for number, count in counts.items() if number > 0)

@@ -81,7 +81,7 @@ def test_radians_stay_radians(tmp_path: Path) -> None:
 
 def test_a_column_in_an_unknown_unit_is_named(tmp_path: Path) -> None:
     run = table(tmp_path, "time [s],p [rev],q [rev],r [rev],depth [m]\n" + rows_of(T, EULER, DEPTH))
-    assert '"rev" of column "p" is no unit of angular_velocity' in said(run, "note")
+    assert '"rev" of column "p" is no unit of angular_velocity' in said(run)
 
 
 def test_a_depth_that_no_vehicle_dives(tmp_path: Path) -> None:
