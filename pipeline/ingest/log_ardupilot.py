@@ -3,7 +3,7 @@
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -78,11 +78,14 @@ def _tables_of(reader: Any, facts: LogFacts) -> dict[str, TopicTable]:  # noqa: 
         time_ns = columns["TimeUS"].astype(np.int64) * 1000 + base_ns
         numbers = {key: one for key, one in columns.items() if one.dtype.kind in "iuf"}
         if name == "RCOU":
-            values = parameters["Value"].tolist() if names else ()
+            told = []
+            if names:
+                seconds = parameters["TimeUS"].astype(np.int64) * 1000 + base_ns
+                told = list(zip(seconds.tolist(), names, parameters["Value"].tolist(), strict=True))
             outputs = dict(numbers)
             for more in (raw.get("RCO2", {}), raw.get("RCO3", {})):  # outputs 15 and on
                 outputs |= {key: one for key, one in more.items() if one.size == time_ns.size}
-            numbers["motors"] = _motors(outputs, names, values, "C{}", facts)
+            numbers["motors"] = _motors(outputs, time_ns, told, "C{}", facts)
         field = instances.get(name)
         if field is None or field not in numbers:
             tables[name] = TopicTable(time_ns, numbers, name)
@@ -134,35 +137,67 @@ def _gps_base_ns(gps: Mapping[str, npt.NDArray[Any]] | None) -> int:
 
 def _motors(
     columns: Mapping[str, npt.NDArray[Any]],
-    parameters: Sequence[str],
-    values: Sequence[float],
+    time_ns: IntArray,
+    parameters: Iterable[tuple[int, str, float]],
     name: str,
     facts: LogFacts,
 ) -> npt.NDArray[Any]:
     """Put the outputs of motors 1, 2, ... side by side (k, motors).
 
-    Parameters SERVOn_FUNCTION say which these are; else all outputs are taken in their order, which
-    is said. An output that was not logged has no numbers.
+    Parameters SERVOn_FUNCTION, (time, name, value), say which these are: the first value of one
+    from the start on, a later one from its time on. Without any all outputs are taken in their
+    order, which is said. An output that was not logged has no numbers.
     """
-    found: dict[int, int] = {}
-    for parameter, value in zip(parameters, values, strict=False):
-        match = re.fullmatch(r"SERVO(\d+)_FUNCTION", parameter)
-        if match is not None and int(value) in _MOTORS:
-            found[_MOTORS[int(value)]] = int(match[1])
-    matches = [re.fullmatch(name.format(r"(\d+)"), column) for column in columns]
-    every = sorted(int(match[1]) for match in matches if match is not None)
-    outputs = [found[motor] for motor in sorted(found)] or every
-    if not outputs:
-        return np.zeros((0, 0))
-    if not found:
+    wired = _wired(parameters)
+    motors = sorted({_MOTORS[one] for _, by in wired for one in by.values() if one in _MOTORS})
+    if not motors:
+        matches = [re.fullmatch(name.format(r"(\d+)"), column) for column in columns]
+        every = sorted(int(match[1]) for match in matches if match is not None)
+        if not every:
+            return np.zeros((0, 0))
         what = (
             f"no parameter SERVOn_FUNCTION says which output drives which motor: the "
-            f"outputs from {outputs[0]} on are taken for the thrusters in their order."
+            f"outputs from {every[0]} on are taken for the thrusters in their order."
         )
         remedy = "Log the parameters, or state the outputs under pool: channels in vehicle.yaml."
         facts.problems.append(facts.place.note(what, remedy=remedy))
-    none = np.full(next(iter(columns.values())).size, np.nan)
-    return np.stack([columns.get(name.format(one), none) for one in outputs], axis=1)
+        return np.stack([columns[name.format(one)] for one in every], axis=1)
+    found = np.full((time_ns.size, len(motors)), np.nan)
+    for at_ns, by in wired:
+        later = time_ns >= at_ns
+        found[later] = np.nan
+        for output, function in by.items():
+            if function in _MOTORS:
+                column = columns.get(name.format(output), np.full(time_ns.size, np.nan))
+                found[later, motors.index(_MOTORS[function])] = column[later]
+    if len(wired) > 1:
+        changed = ", ".join(
+            f"SERVO{output}_FUNCTION" for output in wired[0][1]
+            if len({by[output] for _, by in wired}) > 1
+        )  # fmt: skip
+        after_s = (wired[1][0] - int(time_ns[0])) / 1e9
+        what = (
+            f"{changed} change in the log, first {after_s:.1f} s after the first command: outputs "
+            "are those of the motors at their time."
+        )
+        facts.problems.append(facts.place.warning(what))
+    return found
+
+
+def _wired(parameters: Iterable[tuple[int, str, float]]) -> list[tuple[int, dict[int, int]]]:
+    """Return the functions of outputs by SERVOn_FUNCTION, and from when on they hold [ns]."""
+    wired: list[tuple[int, dict[int, int]]] = [(0, {})]
+    for at_ns, parameter, value in parameters:
+        match = re.fullmatch(r"SERVO(\d+)_FUNCTION", parameter)
+        if match is None:
+            continue
+        output, function = int(match[1]), int(value)
+        if output not in wired[0][1]:
+            for _, by in wired:
+                by[output] = function
+        elif wired[-1][1][output] != function:
+            wired.append((at_ns, {**wired[-1][1], output: function}))
+    return wired
 
 
 def read_tlog(path: Path, shown_as: str) -> TableLog:
@@ -260,7 +295,9 @@ def _table_of_tlog(
                 if column.dtype.kind in "iuf":
                     columns[name] = column
     if kind == "SERVO_OUTPUT_RAW":
-        own = parts.get("PARAM_VALUE", ([], {}))[1]
-        names, told = list(map(str, own.get("param_id", ()))), own.get("param_value", ())
-        columns["motors"] = _motors(columns, names, told, "servo{}_raw", facts)
+        seconds, own = parts.get("PARAM_VALUE", ([], {}))
+        told = zip(
+            seconds, map(str, own.get("param_id", ())), own.get("param_value", ()), strict=False
+        )
+        columns["motors"] = _motors(columns, np.array(times, np.int64), told, "servo{}_raw", facts)
     return TopicTable(np.array(times, np.int64), columns, kind.split("[", maxsplit=1)[0])

@@ -200,11 +200,16 @@ _CODES = {"Q": "Q", "N": "16s", "f": "f", "H": "H", "B": "B", "c": "h", "I": "I"
 
 
 def write_bin(
-    path: Path, one: Run, outputs: Sequence[int] = (5, 3, 4, 2), ill: Sequence[int] = ()
+    path: Path,
+    one: Run,
+    outputs: Sequence[int] = (5, 3, 4, 2),
+    ill: Sequence[int] = (),
+    rewired: Sequence[int] = (),
 ) -> Path:
     """A data-flash log of ArduPilot; thrusters are motors 1 to 4 on these outputs.
 
-    Sensors call themselves ill at some of the times.
+    Sensors call themselves ill at some of the times. From the middle of the run on the motors are
+    on other outputs.
     """
     packers = {
         name: struct.Struct("<" + "".join(_CODES[c] for c in form)) for _, name, form, _ in _BIN
@@ -232,6 +237,10 @@ def write_bin(
     add("GPS", boot_us, 3, rest // 10**6, week)
     for k, time in enumerate(one.time_ns.tolist()):
         at = boot_us + (time - int(one.time_ns[0])) // 1000
+        if rewired and 2 * k == len(one.time_ns):
+            outputs = rewired
+            for motor, output in enumerate(outputs):
+                add("PARM", at, f"SERVO{output}_FUNCTION".encode(), 33.0 + motor)
         pulses = [1500] * 6
         for output, pulse in zip(outputs, one.command_us[k], strict=True):
             pulses[output - 1] = round(pulse)

@@ -102,3 +102,10 @@ def test_sensors_that_call_themselves_ill_are_left_out(tmp_path: Path) -> None:
     for name in ("angular_velocity", "specific_force", "depth"):
         marks = found.channels[name].marks["not_a_number"]
         assert np.flatnonzero(marks).tolist() == list(range(20, 30))
+
+
+def test_motors_that_change_their_outputs_in_the_log(tmp_path: Path) -> None:
+    one = run(100)
+    found = read(write_bin(tmp_path / "run.bin", one, (5, 3, 4, 2), rewired=(3, 5, 2, 4)))
+    assert is_of(found, one)
+    assert [problem.what for problem in found.problems if "SERVO5_FUNCTION" in problem.what]
