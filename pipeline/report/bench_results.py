@@ -47,7 +47,11 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         said = plural(len(errors), "file part") if len(errors) > 1 else str(errors[0].place)
         doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
         parts.append(f"{plural(len(errors), 'error')} in the raw files.")
-    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
+    if len(names := list(dict.fromkeys(check.name for check in failed))) > 1:
+        text = f"See {len(names)} checks that failed: {', '.join(names)}."
+        doubts.append(Advice(text=text))
+    else:
+        doubts += [Advice(text=f"See a check that failed: {one}.") for one in names]
     if warnings:
         more = f" ({len(warnings) - 1} more)" if len(warnings) > 1 else ""
         told = f"See a warning{more}: {warnings[0].place}: {warnings[0].what}"

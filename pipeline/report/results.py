@@ -68,6 +68,8 @@ class VehicleResults:
     """Trial days in order of time."""
     changes: tuple[AppliedChange, ...] = ()
     """Of the vehicle file, by `rig2sea apply`, in order."""
+    ignored: tuple[Problem, ...] = ()
+    """Of what lies in the folders of the tests and is not read."""
 
 
 #: Stage name in `VehicleResults` and what the page calls its result.
@@ -87,7 +89,8 @@ STAGE_TITLES = {
 def all_problems(results: VehicleResults) -> tuple[Problem, ...]:
     """Collect the problems of all raw files, errors first, then warnings, then notes."""
     records = (results.load_test, results.mooring, results.open_water)
-    return by_severity([one for record in records if record for one in record.problems])
+    read = [one for record in records if record for one in record.problems]
+    return by_severity([*results.ignored, *read])
 
 
 def by_severity(problems: Sequence[Problem]) -> tuple[Problem, ...]:

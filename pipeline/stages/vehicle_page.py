@@ -4,9 +4,10 @@ import os
 from pathlib import Path
 from typing import Any
 
+from pipeline.ignored_files import ignored_file_problems
 from pipeline.inputs.vehicle_changes import changes_of
 from pipeline.language import as_it_is
-from pipeline.plan import RECORD_STAGES, typed_name
+from pipeline.plan import POOL, RAW_KINDS, RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.base import Record
 from pipeline.records.fits import (
@@ -91,6 +92,13 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         ),
         trials=_trials(job, page),
         changes=changes_of(job.vehicle_file),
+        ignored=tuple(
+            one
+            for kind in (() if job.folder.thruster_type else (*RAW_KINDS, POOL))
+            for one in ignored_file_problems(
+                job.vehicle_file.parent / kind, f"{job.vehicle_name}/{kind}", vehicle.tables.types
+            )
+        ),
         **records,
     )
 

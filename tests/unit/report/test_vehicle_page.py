@@ -11,7 +11,7 @@ import synthetic_records
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.records.base import AppliedChange, FileChange
-from pipeline.records.fits import InverseCharacteristic
+from pipeline.records.fits import Check, InverseCharacteristic
 from pipeline.report.bench_results import vehicle_glance
 from pipeline.report.blocks import Details, Figure
 from pipeline.report.html import write_page
@@ -393,6 +393,27 @@ def test_what_is_told_first_names_a_warning(results: VehicleResults) -> None:
     glance = vehicle_glance(VehicleResults(vehicle=results.vehicle, mooring=odd))
     assert glance.light == "amber"
     assert "See a warning: b.csv: 1.13 times." in [one.text for one in glance.do]
+
+
+def test_what_is_told_first_names_all_checks_that_failed(results: VehicleResults) -> None:
+    assert results.inverse is not None
+    names = ("thrust rises with the code", "outliers are few")
+    checks = tuple(Check(name=one, passed=False, text="") for one in names)
+    glance = vehicle_glance(
+        VehicleResults(
+            vehicle=results.vehicle,
+            inverse=results.inverse.model_copy(update={"checks": checks}),
+        )
+    )
+    told = "See 2 checks that failed: thrust rises with the code, outliers are few."
+    assert told in [one.text for one in glance.do]
+
+
+def test_what_is_no_file_counts_as_an_error(results: VehicleResults) -> None:
+    link = Place("boat/mooring/b.csv").error("this is no file, or a link to one that is not there.")
+    glance = vehicle_glance(VehicleResults(vehicle=results.vehicle, ignored=(link,)))
+    assert glance.light == "red"
+    assert "Not read: boat/mooring/b.csv." in [one.text for one in glance.do]
 
 
 def test_an_unwritable_place_is_one_clear_message(tmp_path: Path) -> None:
