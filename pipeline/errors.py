@@ -47,6 +47,16 @@ class Place:
         return Problem("note", self, what, expected, remedy)
 
 
+def reason(error: BaseException, most: int = 200) -> str:
+    """Return what a library says of an error, for a sentence of ours: a line without a full stop.
+
+    >>> reason(ValueError("File magic is invalid.")), reason(KeyError())
+    ('File magic is invalid', 'KeyError')
+    """
+    said = " ".join(str(error).split())[:most].rstrip(" .")
+    return said or type(error).__name__
+
+
 @dataclass(frozen=True)
 class Problem:
     """One thing wrong in the input.

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from pipeline.errors import CannotComputeError, InputError, Place
+from pipeline.errors import CannotComputeError, InputError, Place, reason
 from pipeline.plan import UsageError, report_file
 from pipeline.provenance import unwritable, write_atomically
 
@@ -80,7 +80,7 @@ def share(page: Path, to: Path) -> int:
     try:
         text = page.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError.at(Place(str(page)), f"cannot be read: {error}.") from None
+        raise InputError.at(Place(str(page)), f"cannot be read: {reason(error)}.") from None
     if kind == _HTML:
         write_atomically(to, alone(text, page.parent))
     else:

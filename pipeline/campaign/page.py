@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.blind.rates import Rate
 from pipeline.blind.score import Confusion
 from pipeline.campaign.campaign import CampaignRequest
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, reason
 from pipeline.provenance import write_atomically
 from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw
 
@@ -53,7 +53,7 @@ def write_block(page: Path, name: str, title: str, text: str) -> None:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.at(
             Place(str(page)),
-            f"the page cannot be read: {error}.",
+            f"the page cannot be read: {reason(error)}.",
             remedy="Give another page.",
         ) from None
     before, mark, rest = there.partition(begin)

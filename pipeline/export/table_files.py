@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pipeline.errors import CannotComputeError
+from pipeline.errors import CannotComputeError, reason
 from pipeline.export.allocator_layout import AllocatorLayout
 from pipeline.export.c_source import Identity, VoltageTables
 from pipeline.export.fixed_point import Q16_ONE, Q30_ONE, FixedBranch, fixed_tables
@@ -74,7 +74,7 @@ def render_json(
         return json.dumps(content, allow_nan=False, indent=1, sort_keys=True) + "\n"
     except (TypeError, ValueError) as error:
         raise CannotComputeError(
-            f"The tables of {identity.vehicle} cannot be written as JSON: {error}."
+            f"The tables of {identity.vehicle} cannot be written as JSON: {reason(error)}."
         ) from error
 
 

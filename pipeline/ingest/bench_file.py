@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.archive import with_one_cause
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
@@ -84,7 +84,7 @@ def read_bench_file(
         problems.append(error.problem)
         return
     except Exception as error:  # noqa: BLE001 - a broken file may do anything to a library
-        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
+        what = f"the file cannot be read ({type(error).__name__}: {reason(error, 60)})."
         problems.append(file.place.error(what, "", "Save it again in a spreadsheet program."))
         return
     if _is_blank_form(sheets):

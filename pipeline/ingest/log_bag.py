@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import ChunkBlock, Messages
 from pipeline.ingest.mcap_directory import Directory
@@ -79,16 +79,16 @@ class BagFile(MessageLog):
             id=number, schema_id=number, topic=topic, message_encoding=wire, metadata={}
         )
 
-    def _unreadable(self, why: object) -> InputError:
+    def _unreadable(self, error: BaseException) -> InputError:
         return InputError.at(
             self.place,
-            f"the bag cannot be read: {' '.join(str(why).split())[:200]}.",
+            f"the bag cannot be read: {reason(error)}.",
             expected="a bag that its recorder closed.",
             remedy=self._REMEDY,
         )
 
     def _damaged(self, error: Exception) -> None:
-        self._faults.add(f"the bag is damaged: {error}; what follows was left out.")
+        self._faults.add(f"the bag is damaged: {reason(error)}; what follows was left out.")
 
 
 def _block(rows: list[_Row]) -> ChunkBlock:
@@ -282,7 +282,7 @@ class BagFolder(MessageLog):
                     if plain.tell() > most:
                         raise OSError(0, "it unpacks to far more than its size")
         except zstandard.ZstdError as error:
-            raise OSError(0, f"it cannot be unpacked ({error})") from None
+            raise OSError(0, f"it cannot be unpacked ({reason(error)})") from None
         return target
 
 
@@ -298,7 +298,7 @@ def _information(path: Path) -> Mapping[str, Any]:
     try:
         found = YAML(typ="safe").load(text)["rosbag2_bagfile_information"]
     except (YAMLError, KeyError, TypeError, RecursionError, ValueError) as error:
-        raise ValueError(" ".join(str(error).split())[:150]) from None
+        raise ValueError(reason(error, 150)) from None
     if not isinstance(found, dict):
         raise ValueError("it says nothing of a bag")  # noqa: TRY004 - of a file, not of a caller
     return found

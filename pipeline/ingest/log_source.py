@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_names import BAG_FILE
 from pipeline.ingest.mcap_chunk import ChunkBlock
@@ -181,7 +181,7 @@ def read_recording(
         with redirect_stdout(StringIO()):
             tables = tables_of(path, facts) if size else {}
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        said = " ".join(str(error).split())[:200] or type(error).__name__
+        said = reason(error)
         if isinstance(error, ImportError):
             said = "pyulog is not installed" if of == "PX4" else "pymavlink is not installed"
         raise InputError.at(

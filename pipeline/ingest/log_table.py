@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, reason
 from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
@@ -120,7 +120,7 @@ def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: A
         why = "pyarrow is not installed"
         remedy = 'pip install "rig2sea[parquet]"'
     except Exception as error:  # noqa: BLE001 - pandas has many
-        why, remedy = " ".join(str(error).split())[:200], "Export it again as UTF-8."
+        why, remedy = reason(error), "Export it again as UTF-8."
     raise InputError.at(
         place, f"the table cannot be read ({why}).", expected="a table in time.", remedy=remedy
     )

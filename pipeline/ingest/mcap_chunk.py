@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.errors import reason
 from pipeline.ingest import mcap_records as mcap
 from pipeline.types import IntArray
 
@@ -96,7 +97,7 @@ def _unpack_zstd(packed: bytes, size: int, *, cut: bool) -> bytes:
     except zstandard.ZstdError as error:
         if cut:
             return b"".join(parts)
-        raise BrokenChunkError(f"it cannot be decompressed ({error})") from None
+        raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
     return b"".join(parts)
 
 
@@ -116,7 +117,7 @@ def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
             part = decompressor.decompress(b"", max_length=left)
     except (RuntimeError, EOFError) as error:
         if not cut:
-            raise BrokenChunkError(f"it cannot be decompressed ({error})") from None
+            raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
     return b"".join(parts)
 
 

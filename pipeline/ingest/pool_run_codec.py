@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from pipeline.errors import reason
 from pipeline.ingest.mcap_gather import decode
 from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
 from pipeline.ingest.message_definitions import (
@@ -63,7 +64,7 @@ def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]
     except KeyError:
         raise DefinitionError(f"{name} is not defined in it") from None
     except (TypeError, ValueError, RecursionError) as error:
-        raise DefinitionError(f"its descriptor set is not sound ({_line(error)})") from None
+        raise DefinitionError(f"its descriptor set is not sound ({reason(error, 100)})") from None
 
     def decode(content: bytes) -> dict[str, Any]:
         if len(content) > _MOST_BYTES:
@@ -71,7 +72,9 @@ def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]
         try:
             message = message_class.FromString(content)
         except (DecodeError, RecursionError) as error:
-            raise BrokenMessageError(f"it is not a message of {name} ({_line(error)})") from None
+            raise BrokenMessageError(
+                f"it is not a message of {name} ({reason(error, 100)})"
+            ) from None
         return _Tree().of(message, 0)
 
     return decode
@@ -145,10 +148,6 @@ class _Tree:
         return int(value) if isinstance(value, bool) else value
 
 
-def _line(error: Exception) -> str:
-    return str(error).splitlines()[0][:100] if str(error) else type(error).__name__
-
-
 @dataclass(frozen=True)
 class Codec:
     """How messages of a channel are decoded.
@@ -213,7 +212,7 @@ def unpacked(data: bytes) -> bytes:
         with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data) as reader:
             found = reader.read(_MAX_UNPACKED_BYTES + 1)
     except zstandard.ZstdError as error:
-        raise BrokenMessageError(f"it cannot be unpacked ({error})") from None
+        raise BrokenMessageError(f"it cannot be unpacked ({reason(error)})") from None
     if len(found) > _MAX_UNPACKED_BYTES:
         raise BrokenMessageError(f"it unpacks to more than {_MAX_UNPACKED_BYTES} bytes")
     return found
@@ -232,7 +231,7 @@ def decode_json(data: memoryview | bytes) -> Tree:
     try:
         found = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise BrokenMessageError(f"it is not JSON ({str(error)[:80]})") from None
+        raise BrokenMessageError(f"it is not JSON ({reason(error, 80)})") from None
     if not isinstance(found, dict):
         raise BrokenMessageError(f"it is a JSON {type(found).__name__}, not an object")
     # brackets in texts count here, too: whether it is deep the walk decides

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from io import StringIO
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.blocks import is_commented
 from pipeline.ingest.cells import Limits, Row, Sheet, is_number, is_text, shorten
 from pipeline.ingest.rows import listed
@@ -113,7 +113,7 @@ def _split(text: str, delimiter: str | None, place: Place, limits: Limits) -> li
     except csv.Error as error:
         raise InputError.at(
             place,
-            f"the table cannot be split into cells near row {len(rows) + 1}: {error}.",
+            f"the table cannot be split into cells near row {len(rows) + 1}: {reason(error)}.",
             expected="one row a line, cells parted by semicolon, comma or tab.",
             remedy="Export it again as CSV or xlsx.",
         ) from error

@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, reason
 from pipeline.ingest.archive import (
     Archive,
     SheetScan,
@@ -245,7 +245,7 @@ def _open(data: bytes, place: Place) -> "CalamineWorkbook":
             raise
         raise InputError.at(
             place,
-            f"the workbook is damaged and cannot be opened ({_reason(error)}).",
+            f"the workbook is damaged and cannot be opened ({reason(error)}).",
             expected="a workbook as a spreadsheet program saves it.",
             remedy="Save it again in a spreadsheet program.",
         ) from error
@@ -254,10 +254,6 @@ def _open(data: bytes, place: Place) -> "CalamineWorkbook":
 def _is_reader_failure(error: BaseException) -> bool:
     # A panic of the compiled reader derives from BaseException alone.
     return isinstance(error, Exception) or type(error).__name__ == "PanicException"
-
-
-def _reason(error: BaseException) -> str:
-    return " ".join(str(error).split())[:120] or type(error).__name__
 
 
 @dataclass
@@ -279,7 +275,7 @@ def _read_sheet(
         if not _is_reader_failure(error):
             raise
         problem = where.error(
-            f"the sheet is damaged and cannot be read ({_reason(error)}).",
+            f"the sheet is damaged and cannot be read ({reason(error)}).",
             "a sheet as a spreadsheet program saves it.",
             "Save the workbook again in a spreadsheet program. The other sheets were read.",
         )

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, reason
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
@@ -90,7 +90,7 @@ def parse(data: bytes, shown_as: str) -> Node:
         # ValueError: the scanner lets chr() refuse escapes such as "\U00110000".
         raise InputError.at(
             Place(shown_as, row=builder.line),
-            f"not readable as YAML from here on: {str(error).splitlines()[0]}.",
+            f"not readable as YAML from here on: {reason(error)}.",
             expected="plain text in the layout of the vehicle file.",
             remedy="Look for an odd escape or character at or below this line.",
         ) from None
