@@ -11,7 +11,9 @@ from pipeline.ingest.unit_text import is_same_unit
 
 Cell = str | float | bool | None
 Row = tuple[Cell, ...]
-_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+|(?<=\d)['\u2019](?=\d{3}(?!\d))")
+_BLANKS = re.compile(
+    r"[\s\u00a0\u00ad\u2000-\u200b\u202f\u2060\ufeff]+|(?<=\d)['\u2019](?=\d{3}(?!\d))"
+)
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
 #: No reading is larger, nanoseconds since 1970 included; powers and products stay finite.
 MOST = 1e30
@@ -29,6 +31,7 @@ _NUMBER = re.compile(
     (?P<exponent>[eE][+-]?\d{1,3})?""",
     re.VERBOSE,
 )
+_SIGN_BEHIND = re.compile(r"\d[\d ]*(?:[.,]\d+)?-")
 #: A number with a sign of a remark or in brackets.
 _SPOILT = re.compile(
     r"[^\w\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|[A-Za-zА-Яа-я]{0,3})"
@@ -138,8 +141,8 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
 
     >>> parse_number("1 324,5"), parse_number("\u22120.378"), parse_number("5,2 кгс·см", "кгс см")
     (1324.5, -0.378, 5.2)
-    >>> parse_number("1'324"), parse_number("- 0.5")
-    (1324.0, -0.5)
+    >>> parse_number("1'324"), parse_number("- 0.5"), parse_number("12,5-")
+    (1324.0, -0.5, -12.5)
     >>> parse_number("1,2,3")
     Traceback (most recent call last):
     ...
@@ -172,6 +175,8 @@ def _parse_text(cell: str, unit_text: str | None) -> float | None:
     text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip()
     if text.casefold() in _MISSING:
         return None
+    if _SIGN_BEHIND.fullmatch(text):  # as book-keeping programs write it
+        text = f"-{text[:-1]}"
     found = _NUMBER.match(text)
     if found is None or not _unit_follows(text[found.end() :], unit_text):
         if found is not None and text[found.end() :].strip() == "%":
@@ -204,6 +209,17 @@ def _finite(value: float, text: str) -> float | None:
     if abs(value) > MOST:
         raise NotANumberError(f'"{shorten(text)}" is larger than any reading can be')
     return value
+
+
+def unit_behind(cell: Cell) -> str | None:
+    """Return what follows the number in a cell: its unit, perhaps; None where nothing does.
+
+    >>> unit_behind("12.3 N"), unit_behind("-5kgf"), unit_behind(1.5), unit_behind("1.5"),
+    ('N', 'kgf', None, None)
+    """
+    text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip() if isinstance(cell, str) else ""
+    found = _NUMBER.match(text)
+    return None if found is None else text[found.end() :].strip() or None
 
 
 def is_number(cell: Cell) -> bool:

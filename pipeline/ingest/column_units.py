@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
+from pathlib import PurePath
 from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
-from pipeline.ingest.cells import Sheet, column_letter, shorten
+from pipeline.ingest.cells import Sheet, column_letter, shorten, unit_behind
 from pipeline.ingest.column_data import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
 from pipeline.ingest.unit_text import UnitTextError, factor, known_units, quantities_of
@@ -219,11 +220,12 @@ def _units_written(
     shown = sheet.units_shown(match.index, (rows.data, rows.last)).items()
     by = "the number format of its cells"
     found += [_Written(unit, "unit row", at, by, is_format=True) for unit, at in shown]
-    if not found and not wrong and words.unit_kind is None:
+    if not found and not wrong:
         cells = [sheet.cell(at, match.index) for at in range(rows.data, rows.last + 1)]
-        texts = [cell.strip() for cell in cells if isinstance(cell, str)]
-        if texts and all(text.endswith("%") for text in texts):
-            wrong.append(_Written("%", "unit row", rows.data, "its cells"))
+        behind = dict.fromkeys(unit_behind(cell) for cell in cells if cell is not None)
+        units = [unit for unit in behind if unit and (unit == "%" or unit_fits(unit, words))]
+        if None not in behind and len(units) == len(behind):
+            found += [_Written(one, "unit row", rows.data, "its cells") for one in units]
     return found + wrong
 
 
@@ -234,8 +236,10 @@ def _units_in_titles(sheet: Sheet, words: Words, rows: HeadRows) -> Iterator[_Wr
         text = texts.pop() if len(texts) == 1 else None
         if isinstance(text, str) and (unit := unit_in_text(text, words)):
             yield _Written(unit, "unit row", at, f'"{shorten(text)}"')
-    if unit := unit_in_text(sheet.name or "", words):
-        yield _Written(unit, "unit row", None, "the name of the sheet")
+    stem = PurePath(sheet.file).stem.replace("_", " ")
+    for text, by in ((sheet.name or "", "the name of the sheet"), (stem, "the name of the file")):
+        if unit := unit_in_text(text, words):
+            yield _Written(unit, "unit row", None, by)
 
 
 def _is_unit_row(sheet: Sheet, row: int) -> bool:

@@ -43,8 +43,8 @@ def directions_of(
     for index, head in enumerate(heads):
         if index in read or not isinstance(head, str) or not low <= index <= high:
             continue
-        is_reverse = bool(set(plain(head).split()) & _PLAIN_REVERSE)
-        is_named = is_reverse or any(plain(h.name) in _PLAIN_NAMES for h in split_header(head))
+        names = {plain(head), *(plain(one.name) for one in split_header(head))}
+        is_named = bool(_section_sign(head)) or not _PLAIN_NAMES.isdisjoint(names)
         if stated is None and not is_named and not _may_be_words(block, rows, index):
             continue
         texts = texts_in(block, rows, index)
@@ -100,8 +100,16 @@ def _of_column(
     distinct = list(dict.fromkeys(_key(text) for text in texts.values()))
     if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block_rows(block)):
         return None
-    is_reverse = bool(set(plain(head).split()) & _PLAIN_REVERSE)
-    truths = next((one for one in _TRUTHS if is_reverse and set(distinct) <= set(one)), None)
+    # 1 is reverse in a column that is called so, ahead in one that is called that
+    of_head = -_section_sign(head)
+    truths = next(
+        (
+            {text: sign * of_head for text, sign in one.items()}
+            for one in _TRUTHS
+            if of_head and set(distinct) <= set(one)
+        ),
+        None,
+    )
     if any(is_number(text) for text in distinct) and not (
         truths or (is_named and set(distinct) <= {*_SIGNS, "1"})
     ):
@@ -129,6 +137,22 @@ def _of_column(
         place = block.sheet.place(block.header_row, letter)
         problem = place.warning(what, "", remedy)
     return RowDirections(signs, index, problem)
+
+
+def column_that_parts(block: Block, low: Sequence[int], high: Sequence[int]) -> str:
+    """Return the name of a column that is not read and says other things of low rows than of high.
+
+    Empty where there is none.
+    """
+    used = {column.index for column in block.columns.values()}
+    heads = block.sheet.cells(block.header_row) if block.header_row >= block.sheet.first_row else ()
+    for index, head in enumerate(heads):
+        if index in used or not isinstance(head, str) or not head.strip():
+            continue
+        own, other = ({*texts_in(block, rows, index).values()} for rows in (low, high))
+        if own and other and own.isdisjoint(other) and len(own | other) <= 2 * _MOST_TEXTS:
+            return shorten(head)
+    return ""
 
 
 def reverse_texts(block: Block, found: RowDirections) -> list[str]:
@@ -159,6 +183,9 @@ def _meaning(distinct: Sequence[str], *, is_named: bool) -> tuple[dict[str, int]
             for letters in tables:
                 if set(distinct) == set(letters):
                     return dict(letters), by_turn
+    by_words = {text: _section_sign(text) for text in distinct}
+    if all(by_words.values()) and (is_named or len({*by_words.values()}) > 1):
+        return by_words, False
     for letters in _TURNS if is_named else ():
         if set(distinct) < set(letters):
             return {text: letters[text] for text in distinct}, True
@@ -193,7 +220,7 @@ def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> di
     return signs
 
 
-def _section_sign(text: str, no_words: frozenset[str]) -> int:
+def _section_sign(text: str, no_words: frozenset[str] = frozenset()) -> int:
     """Return the direction that a heading states, 0 for none or both."""
     words = set(plain(text).split()) - no_words
     ahead, back = words & _PLAIN_FORWARD, words & _PLAIN_REVERSE

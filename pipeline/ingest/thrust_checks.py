@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import BlockColumn
+from pipeline.ingest.row_directions import column_that_parts
 from pipeline.ingest.rows import listed
 from pipeline.ingest.tables_agree import ALIKE, share_of
 from pipeline.ingest.unit_text import unit_worth
@@ -203,22 +204,36 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
         groups[point.code, voltage].append(point)
     largest = max(sign * point.thrust_n for point in points)
     shares: list[float] = []
+    low: list[int] = []
+    high: list[int] = []
     for own in groups.values():
         thrust = [sign * point.thrust_n for point in own]
         if len(own) > 1 and max(thrust) > 0.2 * largest:
             shares.append((max(thrust) - min(thrust)) / max(thrust))
+            for point, one in zip(own, thrust, strict=True):
+                (high if 2.0 * one > max(thrust) + min(thrust) else low).append(point.source.row)
     if len(shares) < _LEAST_CODES or float(np.median(shares)) < _APART:
         return None
     widest = max(groups.values(), key=lambda own: np.ptp([point.thrust_n for point in own]))
     values = sorted(sign * point.thrust_n for point in widest)
+    by = "something parts the rows, such as a direction or a voltage that no column states"
+    remedy = (
+        "Write reverse with negative codes, the voltage into a column, or each test on a sheet of "
+        "its own."
+    )
+    if head := column_that_parts(table.block, low, high):
+        by = f'column "{head}" parts the rows'
+        remedy = (
+            "State in vehicle.yaml which rows are meant, or which are of reverse:\n"
+            f'  columns:\n    mooring:\n      only: {{"{head}": ...}}\n'
+            f'      direction: {{header: "{head}", reverse: ["..."]}}'
+        )
     return table.at(widest[0].source.row).error(
         f"at code {widest[0].code:g} thrust is {values[0]:.3g} and {values[-1]:.3g} N "
-        f"({listed([point.source.row for point in widest])}), and so at most codes: something "
-        "parts the rows, such as a direction or a voltage that no column states. So the table was "
-        "left out.",
+        f"({listed([point.source.row for point in widest])}), and so at most codes: {by}. So the "
+        "table was left out.",
         "one characteristic in a table.",
-        "Write reverse with negative codes, the voltage into a column, or each test on a sheet of "
-        "its own.",
+        remedy,
     )
 
 

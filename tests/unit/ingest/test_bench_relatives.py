@@ -80,6 +80,7 @@ def test_what_a_sheet_shows_is_no_unit_of_speed(sheet: str, tmp_path: Path) -> N
         ("Load cell at 0.6 m, thruster at 0.3 m from the hinge", "Run"),
         ("Force over a double pulley", "Run"),
         ("Pair of thrusters", "Run"),
+        ("Bras de levier 0,6 m", "Run"),
         ("2 thrusters on the frame", "Run"),
         ("", "L1 (m)"),
         ("", "Lever arm (m)"),
@@ -221,3 +222,51 @@ def test_rows_of_two_propellers_are_told(
     columns = (np.repeat(words, 21), np.tile(CODE, 2), np.r_[THRUST, 0.97 * THRUST])
     record = read(tmp_path, "mooring", rows_of("Which;Code;Thrust (N)", *columns))
     assert ("may be of several machines" in said(record, "warning")) is told
+
+
+@pytest.mark.parametrize(
+    ("head", "ahead", "astern"),
+    [
+        ("Richtung", "Vorwärtslauf", "Rückwärtslauf"),
+        ("Sens", "Marche avant", "Marche arrière"),
+        ("Verso", "avanti", "indietro"),
+        ("Mode", "Forward thrust", "Reverse thrust"),
+        ("Forward", 1, 0),
+        ("Is forward", "TRUE", "FALSE"),
+        ("Reverse", 0, 1),
+    ],
+)
+def test_directions_in_phrases_and_truths(
+    head: str, ahead: object, astern: object, tmp_path: Path
+) -> None:
+    words = [astern if code < 0 else ahead for code in CODE]
+    rows = rows_of(f"{head};Code;Thrust (N)", words, abs(CODE), abs(THRUST))
+    record = read(tmp_path, "mooring", rows)
+    assert [one.code for one in record.points] == [*CODE]
+    assert [one.thrust_n for one in record.points] == pytest.approx(THRUST)
+
+
+def test_a_column_that_parts_the_rows_is_named(tmp_path: Path) -> None:
+    columns = (np.repeat([1, 2], 21), np.tile(CODE, 2), np.r_[THRUST, 0.7 * THRUST])
+    record = read(tmp_path, "mooring", rows_of("Thruster;Code;Thrust (N)", *columns))
+    (problem,) = [one for one in record.problems if one.severity == "error"]
+    assert 'column "Thruster" parts the rows' in problem.what
+    assert 'only: {"Thruster": ...}' in problem.remedy
+
+
+@pytest.mark.parametrize(("other", "why"), [("N", ""), ("gf", "it states N, its cells gf")])
+def test_units_in_the_cells(other: str, why: str, tmp_path: Path) -> None:
+    cells = [f"{one:.3f} {other if one > 20.0 else 'N'}" for one in THRUST]
+    record = read(tmp_path, "mooring", rows_of("Code;Thrust", CODE, cells))
+    if why:
+        assert why in said(record, "error")
+    else:
+        assert [one.thrust_n for one in record.points] == pytest.approx(THRUST, abs=1e-3)
+
+
+@pytest.mark.parametrize(("stem", "told"), [("pull_lbf", True), ("pull_N", False), ("a", False)])
+def test_a_unit_in_the_name_of_the_file_contradicts(stem: str, told: bool, tmp_path: Path) -> None:
+    path = tmp_path / "mooring" / f"{stem}.xlsx"
+    write_workbook(path, {"Data": rows_of("Code;Thrust (N)", CODE, THRUST)})
+    record = READERS["mooring"]([path], vehicle(), tmp_path)
+    assert ("it states N, the name of the file lbf" in said(record, "error")) is told
