@@ -27,6 +27,7 @@ from pipeline.ingest.open_water_coefficients import (
     impossible,
     over_pi,
 )
+from pipeline.ingest.row_directions import column_that_parts
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.vocabulary import plain
 from pipeline.records.base import Source
@@ -40,6 +41,8 @@ _LARGEST_ADVANCE_RATIO = 3.0
 _MOST_LARGE = 0.2
 #: Evidence in nats for V / (pi n D) in place of J: told of above, refused above.
 _DOUBTED, _REFUSED = -0.7, 0.5
+#: Scatter of K_T about one curve, a share of the largest; fewer readings are no two curves.
+_MOST_SCATTER, _LEAST_OF_TWO = 0.04, 8
 #: A coefficient that differs by more from its thrust is of another one.
 _MOST_APART = 0.1
 
@@ -83,7 +86,7 @@ def _of_table(table: Table) -> list[OpenWaterPoint]:
     marks = _marks(table, rows)
     good = [row for row, own in zip(rows, marks, strict=True) if not own]
     problems += _cross_check(table, good)
-    unclear = _impossible(table, good) or _advance_unclear(table, good)
+    unclear = _impossible(table, good) or _two_curves(table, good) or _advance_unclear(table, good)
     problems += unclear
     if any(one.severity == "error" for one in unclear):
         return []
@@ -217,6 +220,30 @@ def _impossible(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> l
     why = impossible([found for _, found in used])
     what, expected = f"{why}. So the table was left out.", "readings of a turning propeller."
     return [table.at(table.head).error(what, expected, _CHECK_SIGN)] if why else []
+
+
+def _two_curves(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
+    """Refuse a table whose readings lie to both sides of one curve, as a column parts them."""
+    both = [(one.row, it.advance_ratio, it.thrust_coefficient) for one, it in used]
+    known = np.array([one for one in both if one[2] is not None], float)
+    if len(known) < _LEAST_OF_TWO:
+        return []
+    row, ratio, k_t = known.T
+    off = k_t - np.polyval(np.polyfit(ratio, k_t, min(3, len(np.unique(ratio)) - 1)), ratio)
+    scatter, largest = float(off.std()), float(np.abs(k_t).max())
+    sides = (row[off < -scatter].astype(int).tolist(), row[off > scatter].astype(int).tolist())
+    head = column_that_parts(table.block, *sides) if scatter > _MOST_SCATTER * largest else ""
+    if not head:
+        return []
+    return [
+        table.at(table.head).error(
+            f'column "{head}" parts the rows, and K_T lies on curves '
+            f"{200.0 * scatter / largest:.0f} % apart. So the table was left out.",
+            "one characteristic in a table.",
+            "State in vehicle.yaml which rows are meant:\n  columns:\n    open_water:\n"
+            f'      only: {{"{head}": ...}}',
+        )
+    ]
 
 
 def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:

@@ -304,11 +304,12 @@ def unit_told_by_name(header: HeaderText, words: Words) -> str | None:
 
 #: Factors in the name of a column, such as "Thrust x 10": they may multiply or divide.
 _POWER = r"10+(?:\s*(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?!\d|[.,]\d))"
+_POWER = rf"(?:{_POWER}|0[.,]0*1(?!\d))"
 _FACTOR = re.compile(
     rf"(?<!\d)(?<!\d\s)[×·*⋅∙•]\s*{_POWER}"
     rf"|(?:(?<=[\s)\]_])|(?<=[KКCС][TТQMМ]))(?<!\d\s)[xXхХ]\s*{_POWER}"
     r"|10+\s*(?:(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
-    r"|^\s*10+\s*[×·*⋅∙•](?=\s*[^\W\d])"
+    r"|^\s*10+\s*[×·*⋅∙•](?=\s*[^\W\d])|(?<=[\s)\]])[/÷]\s*10+(?!\d|[.,]\d)"
 )
 _TENFOLD = re.compile(r"^\s*10+\s*[xXхХ]?\s*(?=[KСCК])")
 
@@ -318,8 +319,8 @@ def factor_in_name(header: str, quantity: str) -> str | None:
 
     Coefficients may have a 10 in front.
 
-    >>> [factor_in_name(name, "thrust") for name in ("Thrust x 10, N", "T·10^-1", "APC 10x10, N")]
-    ['x 10', '·10^-1', None]
+    >>> [factor_in_name(name, "thrust") for name in ("Thrust x 10, N", "T x 0.1", "APC 10x10, N")]
+    ['x 10', 'x 0.1', None]
     >>> factor_in_name("10KT", "thrust_coefficient"), factor_in_name("10 s mean", "thrust")
     ('10', None)
     """

@@ -270,3 +270,11 @@ def test_a_unit_in_the_name_of_the_file_contradicts(stem: str, told: bool, tmp_p
     write_workbook(path, {"Data": rows_of("Code;Thrust (N)", CODE, THRUST)})
     record = READERS["mooring"]([path], vehicle(), tmp_path)
     assert ("it states N, the name of the file lbf" in said(record, "error")) is told
+
+
+@pytest.mark.parametrize(("factor", "told"), [(0.8, True), (1.0, False)])
+def test_propellers_of_two_pitches_in_one_table(factor: float, told: bool, tmp_path: Path) -> None:
+    columns = (np.repeat([0.8, 1.0], 8), np.tile(ADVANCE, 2), np.r_[factor * K_T, K_T])
+    record = read(tmp_path, "open_water", rows_of("P/D;J;KT", *columns))
+    assert ('column "P/D" parts the rows' in said(record, "error")) is told
+    assert bool(record.points) is not told

@@ -21,7 +21,15 @@ def file(tmp_path: Path, text: str) -> list[Path]:
 
 @pytest.mark.parametrize(
     "name",
-    ["Thrust x 10, N", "Thrust ×10 [N]", "Упор ·10^-1, кгс", "Thrust, 10³ N", "10*thrust, N"],
+    [
+        "Thrust x 10, N",
+        "Thrust [N] x 0.1",
+        "Thrust / 10, N",
+        "Thrust ×10 [N]",
+        "Упор ·10^-1, кгс",
+        "Thrust, 10³ N",
+        "10*thrust, N",
+    ],
 )
 def test_a_factor_in_the_name_of_a_thrust_is_refused(tmp_path: Path, name: str) -> None:
     text = f'code;"{name}"\n0;0\n40;44\n80;144\n127;260\n'

@@ -208,8 +208,9 @@ def test_only_the_rows_of_one_propeller(tmp_path: Path) -> None:
     path = text(tmp_path / "a.csv", rows)
     assert_curves(read(make_vehicle(only={"PropName": "a 4x4 - 2"}), path))
     record = read(make_vehicle(), path)
-    assert len(record.points) == 2 * len(J)
-    assert 'column "PropName" has 2 different texts' in one(of_severity(record, "warning"))
+    assert not record.points
+    assert 'column "PropName" has 2 different texts' in of_severity(record, "warning")[0].what
+    assert 'column "PropName" parts the rows' in of_severity(record, "error")[0].what
     record = read(make_vehicle(only={"PropName": "a 4x4 - 2", "N": "4000"}), path)
     assert len(record.points) == len(J)
     record = read(make_vehicle(only={"PropName": "c"}), path)
