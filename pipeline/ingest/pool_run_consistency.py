@@ -17,7 +17,11 @@ from pipeline.ingest.pool_run_down import (
 )
 from pipeline.ingest.pool_run_late import lags
 from pipeline.ingest.pool_run_resample import TABLE_HZ, on_one_base
-from pipeline.ingest.pool_run_shafts import shafts_against_commands, tips_too_fast
+from pipeline.ingest.pool_run_shafts import (
+    shafts_against_commands,
+    shafts_too_slow,
+    tips_too_fast,
+)
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.ingest.quantities import largest
@@ -66,6 +70,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
         yield from contradictions(run, vehicle, place, table)
         yield from position_against_depth(run, table, place)
         yield from shafts_against_commands(run, table, place)
+        yield from shafts_too_slow(run, table, vehicle, place)
         yield from thrusters_against_rates(run, table, vehicle, place)
     except CannotComputeError as error:
         yield _warn(

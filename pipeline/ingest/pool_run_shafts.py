@@ -13,6 +13,8 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Twice as fast as those of the fastest thrusters. [m/s]
 _FASTEST_TIP_MPS = 40.0
+#: No screw pushes beyond its pitch, which is up to 1.6 diameters; of the largest command, and speed.
+_MOST_ADVANCE, _HARD, _UNDER_WAY_MPS, _LEAST_ROWS = 1.8, 0.5, 0.3, 100
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5
 #: Share of the fastest shaft's speed below which another's is noise about zero.
@@ -36,6 +38,34 @@ def tips_too_fast(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Prob
                 "field (times the pole pairs).",
                 remedy="State the unit under pool: channels in vehicle.yaml.",
             )
+
+
+def shafts_too_slow(
+    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
+) -> Iterator[Problem]:
+    """Say where a vehicle goes further in a turn than its propellers, driven hard, can screw."""
+    names = set(thrusters_of(run, "shaft_speed")) & set(table.thrusters)
+    if not names or not {"velocity", "command"} <= set(table.values):
+        return
+    command = np.nan_to_num(table.values["command"])
+    low: dict[str, float] = {}
+    for one in (one for one in vehicle.thrusters if one.name in names):
+        at = table.thrusters.index(one.name)
+        along = table.values["velocity"] @ np.array(one.direction) * np.sign(command[:, at])
+        turns = np.abs(table.values["shaft_speed"][:, at]) / 60.0
+        driven = np.abs(command[:, at]) > _HARD * np.abs(command).max()
+        hard = driven & (turns > 0.0) & (along > _UNDER_WAY_MPS)
+        width = vehicle.propellers[one.propeller].diameter_m
+        advance = np.median(along[hard] / (turns[hard] * width)) if hard.sum() > _LEAST_ROWS else 0
+        if advance > _MOST_ADVANCE:
+            low[one.name] = float(advance)
+    if low:
+        yield place.warning(
+            f"the shaft speed of {', '.join(low)} is too low: driven hard the vehicle goes "
+            f"{max(low.values()):.2g} diameters of the propeller a turn, more than any screws. It, "
+            "or the velocity, is in another unit.",
+            remedy="State the unit under pool: channels in vehicle.yaml.",
+        )
 
 
 def shafts_against_commands(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:

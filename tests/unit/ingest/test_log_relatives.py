@@ -262,3 +262,10 @@ def test_a_pressure_that_is_none_of_the_water(
 ) -> None:
     rows = rows_of(T, pressure, EULER)
     assert said_of_it in said(table(tmp_path, f"time,pressure,p,q,r\n{rows}"))
+
+
+@pytest.mark.parametrize(("rpm", "told"), [(600.0, False), (100.0, True)])
+def test_shafts_that_turn_too_slowly_for_the_way(rpm: float, told: bool, tmp_path: Path) -> None:
+    rows = rows_of(T, SPEED + [0.7, 0.0, 0.0], np.full(T.size, 60.0), rpm + np.sin(T))
+    run = table(tmp_path, f"time [s],u,v,w,command_port,rpm_port\n{rows}")
+    assert ("the shaft speed of port is too low" in said(run)) is told
