@@ -5,7 +5,6 @@ the time: seconds (or another unit) since the start or since 1970, or dates of I
 """
 
 import csv
-import functools
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,15 +18,12 @@ from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
 from pipeline.ingest.message_fields import LETTERS
-from pipeline.ingest.quantities import same_quantities
-from pipeline.ingest.table_times import WORTH_NS, time_column, times_of
+from pipeline.ingest.quantities import KNOWN_UNITS, NO_UNIT, known_unit, same_quantities
+from pipeline.ingest.table_times import time_column, times_of
 from pipeline.ingest.text_table import delimiter_of, encoding_of
-from pipeline.ingest.unit_text import is_same_unit
 from pipeline.records.pool_schema import UNITS, PoolChannel
 
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])]|,(?P<after>[^,]*))\s*")
-_KNOWN = ("%", *dict.fromkeys(one for units in UNITS.values() for one in units), *WORTH_NS)
-_NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
 _BYTES_OF_HEAD, _LINES_OF_HEAD, _LOOKED_AT = 65_536, 60, 20
 #: Rows of which more go back in time are sorted; fewer are a clock that was set.
 _MOST_BACK = 0.1
@@ -174,27 +170,14 @@ def _split(head: str) -> tuple[str, str]:
         if match
         else (head.strip(), "")
     )
-    return name.strip().lower(), _as_known(unit)
-
-
-@functools.cache
-def _as_known(unit: str) -> str:
-    """Return a unit as the quantities of a log have it, however it is written.
-
-    >>> [_as_known(one) for one in ("м/с", "m/s²", "°/s", "dps", "Pa", "mA", "K")]
-    ['m/s', 'm/s2', 'deg/s', 'deg/s', 'Pa', 'mA', 'K']
-    """
-    if unit in _KNOWN or unit in _NO_UNIT:
-        return unit
-    spelled = (one for one, others in data_of("topics")["spelled"].items() if unit in others)
-    return next(spelled, None) or next((one for one in _KNOWN if is_same_unit(unit, one)), unit)
+    return name.strip().lower(), known_unit(unit)
 
 
 def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
     """Return the units of a row of units under the names, nothing where the first row is none."""
     cells = [] if frame.empty else [str(one).strip(" []()") for one in frame.iloc[0]]
-    units = ["" if one in _NO_UNIT else _as_known(one) for one in cells]
-    known = {*_KNOWN} - {"1"}  # a reading
+    units = ["" if one in NO_UNIT else known_unit(one) for one in cells]
+    known = {*KNOWN_UNITS} - {"1"}  # a reading
     return units if {*units} - {""} and {*units} <= {"", *known} else []
 
 
@@ -254,7 +237,7 @@ def _with_unit(name: str, quantity: str, units: dict[str, str]) -> str:
     for field, unit in units.items():
         end = field.removeprefix(f"{name}_")
         spelled = (end, re.sub(r"p(?=s|h)", "/", end), end[:-1] + end[-1:].upper())
-        at_end = {_as_known(one) for one in spelled} & {*UNITS[quantity]}
+        at_end = {known_unit(one) for one in spelled} & {*UNITS[quantity]}
         if end != field and at_end:
             units[field] = unit or at_end.pop()
             return field

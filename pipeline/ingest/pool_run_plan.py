@@ -10,7 +10,13 @@ from pipeline.ingest.message_definitions import Path, parse_path, path_text
 from pipeline.ingest.message_fields import Flag, Stamp, points_down, validity_of
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_extract import Request
-from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES, same_quantities
+from pipeline.ingest.quantities import (
+    NO_UNIT,
+    PER_THRUSTER,
+    QUANTITIES,
+    known_unit,
+    same_quantities,
+)
 from pipeline.records.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -243,7 +249,7 @@ def plan_channel(
         mapped_by,
         tuple(numbers),
         tuple(fields),
-        *(unit if stated.unit is not None else _usual_unit(stated.quantity, topic)),
+        *(unit if stated.unit is not None else _usual_unit(stated.quantity, topic, numbers)),
         tuple(stated.sign) * (len(numbers) if len(stated.sign) == 1 else 1),
         # components that are named have an order
         "xyzw" if named else stated.order,
@@ -334,8 +340,16 @@ def _stamp(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[Stamp | None,
     return None, stated.clock
 
 
-def _usual_unit(quantity: str, topic: TopicFound) -> tuple[str | None, UnitFrom]:
-    """Return the unit that the message's type prescribes; None where the values must tell."""
+def _usual_unit(
+    quantity: str, topic: TopicFound, numbers: Sequence[Path]
+) -> tuple[str | None, UnitFrom]:
+    """Return the unit that the message states or prescribes; None where the values must tell."""
+    for name in ("unit", "units"):
+        told = value_at(topic.probe, (*numbers[0][:-1], name)) if numbers else None
+        if isinstance(told, str) and told.strip() not in NO_UNIT:
+            if known_unit(told.strip()) not in UNITS[quantity]:
+                raise NotThereError(f'its messages have the unit "{told}", which is none of it')
+            return known_unit(told.strip()), "message"
     joints = topic.message_type.endswith("JointState")
     if quantity == "thruster_command":
         # a position of JointState has no unit for thrusters: the numbers must tell

@@ -13,7 +13,7 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Twice as fast as those of the fastest thrusters. [m/s]
 _FASTEST_TIP_MPS = 40.0
-#: No screw pushes beyond its pitch, which is up to 1.6 diameters; of the largest command, and speed.
+#: No screw pushes beyond its pitch, up to 1.6 diameters; share of the largest command; [m/s]
 _MOST_ADVANCE, _HARD, _UNDER_WAY_MPS, _LEAST_ROWS = 1.8, 0.5, 0.3, 100
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5

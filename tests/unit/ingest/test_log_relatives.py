@@ -266,6 +266,33 @@ def test_a_pressure_that_is_none_of_the_water(
 
 @pytest.mark.parametrize(("rpm", "told"), [(600.0, False), (100.0, True)])
 def test_shafts_that_turn_too_slowly_for_the_way(rpm: float, told: bool, tmp_path: Path) -> None:
-    rows = rows_of(T, SPEED + [0.7, 0.0, 0.0], np.full(T.size, 60.0), rpm + np.sin(T))
+    rows = rows_of(T, SPEED + np.array([0.7, 0.0, 0.0]), np.full(T.size, 60.0), rpm + np.sin(T))
     run = table(tmp_path, f"time [s],u,v,w,command_port,rpm_port\n{rows}")
     assert ("the shaft speed of port is too low" in said(run)) is told
+
+
+@pytest.mark.parametrize(("unit", "worth"), [("ft", 0.3048), ("m", 1.0), ("bar", 0.0)])
+def test_a_unit_that_the_message_says_is_taken(unit: str, worth: float, tmp_path: Path) -> None:
+    contents = [{"depth": float(one), "unit": unit} for one in DEPTH]
+    run = read(tmp_path, [imu_topic(TIMES, 0.1 * EULER), json_topic("/depth", TIMES, contents)])
+    if worth:
+        np.testing.assert_allclose(run.channels["depth"].values[:, 0], worth * DEPTH)
+    else:
+        assert "depth" not in run.channels
+        assert 'have the unit "bar", which is none of it' in said(run, "note")
+
+
+def test_angles_and_sensors_by_their_names(tmp_path: Path) -> None:
+    names = ("roll", "pitch", "heading")
+    force = [0.0, 0.0, -9.81] + 0.01 * EULER
+    contents = [
+        {**dict(zip(names, angles, strict=True)), "gyro": rates, "accel": vector(felt)}
+        for angles, rates, felt in zip(
+            np.degrees(EULER).tolist(), (0.1 * EULER).tolist(), force.tolist(), strict=True
+        )
+    ]
+    run = read(tmp_path, [json_topic("/ahrs", TIMES, contents)])
+    yaw = 2.0 * np.arctan2(*run.channels["attitude"].values[:, [3, 0]].T)
+    np.testing.assert_allclose(yaw, EULER[:, 2], atol=3e-3)
+    np.testing.assert_allclose(run.channels["angular_velocity"].values, 0.1 * EULER)
+    np.testing.assert_allclose(run.channels["specific_force"].values, force)
