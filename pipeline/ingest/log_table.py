@@ -35,22 +35,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     Raises `InputError` if it cannot be read, or no column has the time.
     """
     place = Place(shown_as)
-    frame = _frame(path, place)
-    heads = [_split(str(name)) for name in frame.columns]
-    under = _units_under(frame)
-    if under:
-        frame = frame.iloc[1:]
-        heads = [(name, unit or own) for (name, unit), own in zip(heads, under, strict=True)]
-    index = time_column(heads)
-    if index is None:
-        named = ", ".join(name for name, _ in heads[:12])
-        raise InputError.at(
-            place,
-            f"no column of the table has the time, among {named}.",
-            expected='a column "time" or "t", its unit in brackets: time [s].',
-            remedy="Name it, or move the file out of pool/ if it is no run.",
-        )
-    numbers = [_numbers(frame.iloc[:, number]) for number in range(len(heads))]
+    heads, numbers, index = _columns(path, place)
     time_ns, rows, said = times_of(numbers, heads, index, place)
     if (np.diff(time_ns) < 0).mean() > _MOST_BACK:
         order = np.argsort(time_ns, kind="stable")
@@ -74,15 +59,33 @@ def read_table(path: Path, shown_as: str) -> TableLog:
 def first_time_ns(path: Path) -> int:
     """Return the time of the first row [ns since 1970]; 0 where there is none."""
     try:
-        frame = _frame(path, Place(path.name), rows=3)
-        heads = [_split(str(name)) for name in frame.columns]
-        index = time_column(heads)
-        if index is None:
-            return 0
-        numbers = [_numbers(frame.iloc[:, number]) for number in range(len(heads))]
-        return int(times_of(numbers, heads, index, Place(path.name))[0][0])
+        place = Place(path.name)
+        heads, numbers, index = _columns(path, place, rows=3)
+        return int(times_of(numbers, heads, index, place)[0][0])
     except (InputError, OSError, IndexError, ValueError):
         return 0
+
+
+def _columns(
+    path: Path, place: Place, rows: int | None = None
+) -> tuple[list[tuple[str, str]], list[Any], int]:
+    """Return the names and units of columns, the columns themselves, and which has the time."""
+    frame = _frame(path, place, rows)
+    heads = [_split(str(name)) for name in frame.columns]
+    under = _units_under(frame)
+    if under:
+        frame = frame.iloc[1:]
+        heads = [(name, unit or own) for (name, unit), own in zip(heads, under, strict=True)]
+    index = time_column(heads)
+    if index is None:
+        named = ", ".join(name for name, _ in heads[:12])
+        raise InputError.at(
+            place,
+            f"no column of the table has the time, among {named}.",
+            expected='a column "time" or "t", its unit in brackets: time [s].',
+            remedy="Name it, or move the file out of pool/ if it is no run.",
+        )
+    return heads, [_numbers(frame.iloc[:, number]) for number in range(len(heads))], index
 
 
 def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: ANN401  of pandas

@@ -27,7 +27,9 @@ _FEW = 10
 _TICKS = {2**16: "after 2^16", 2**32: "after 2^32"}
 _TICK_NAMES = {10**6: "ms", 10**3: "us"}
 _DAY_NS = 86_400 * 10**9
-_TIMES_NS = {_DAY_NS: "at midnight", 7 * _DAY_NS: "with the week"}
+_TIMES_NS = {
+    3600 * 10**9: "with the hour", _DAY_NS: "at midnight", 7 * _DAY_NS: "with the week",
+}  # fmt: skip
 
 
 def mend_log_times(

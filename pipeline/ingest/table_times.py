@@ -12,7 +12,7 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_times import counted_on
 from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
 from pipeline.records.pool_schema import CLOCK_UNITS_NS
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import BoolArray, IntArray
 
 #: Name and unit of a column.
 Head = tuple[str, str]
@@ -29,7 +29,7 @@ _SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11), ("s", 1e8))
 #: between rows [s], and by how many powers of ten nearer to it another unit than seconds must be.
 WORTH_NS = {**CLOCK_UNITS_NS, "min": 60 * 10**9, "h": 3600 * 10**9, "days": 86_400 * 10**9}
 _USUAL_STEP_S, _NEARER = 0.05, 1.0
-_SECOND_NS, _DAY_NS = 10**9, 86_400 * 10**9
+_SECOND_NS = 10**9
 #: Rows of one whole second, at least, that were written in the course of it.
 _ROWS_OF_SECOND = 3.0
 
@@ -170,7 +170,9 @@ def _of_texts(
     if parts.mean() >= 0.5:
         sound = parts.to_numpy(dtype=bool)
         split = texts.where(parts).str.split(":", expand=True).apply(pd.to_numeric)
-        clock_ns = _since_midnight(split.to_numpy(dtype=float), sound)
+        seconds = split.to_numpy(dtype=float) @ np.array((3600.0, 60.0, 1.0)[-split.shape[1] :])
+        clock_ns[sound] = np.rint(seconds[sound] * _SECOND_NS)
+        clock_ns[sound], _ = counted_on(clock_ns[sound], _SECOND_NS)
         if date is None:
             rows = np.flatnonzero(sound)
             return _spread(clock_ns[rows], name, place, said), rows, said
@@ -188,17 +190,6 @@ def _of_texts(
     if date is not None and parts.mean() >= 0.5:
         at = at[rows[0]] + clock_ns  # the clock goes on after midnight
     return _spread(at[rows], name, place, said), rows, said
-
-
-def _since_midnight(parts: FloatArray, sound: BoolArray) -> IntArray:
-    """Return hours, minutes and seconds in ns, days counted on; or minutes and seconds, hours."""
-    whole = _DAY_NS if parts.shape[1] > 2 else 3600 * _SECOND_NS
-    worth = (3600.0, 60.0, 1.0)[-parts.shape[1] :]
-    seconds = np.nan_to_num(parts) @ np.array(worth)
-    time_ns: IntArray = np.rint(seconds * _SECOND_NS).astype(np.int64)
-    falls = np.diff(time_ns[sound], prepend=time_ns[sound][:1]) < -whole // 2
-    time_ns[sound] += np.cumsum(falls) * whole
-    return time_ns
 
 
 def _dates(texts: Any, name: str, place: Place, said: list[Problem]) -> Any:  # noqa: ANN401  of pandas
@@ -234,13 +225,12 @@ def _spread(time_ns: IntArray, name: str, place: Place, said: list[Problem]) -> 
             remedy="Record fractions of a second.",
         )
     )
-    within = np.arange(time_ns.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    each = np.repeat(counts, counts).astype(float)
-    each[-counts[-1] :] = max(float(np.median(counts)), float(counts[-1]))
-    # the first second may have begun before the recorder
-    within[: counts[0]] += max(round(float(np.median(counts))) - int(counts[0]), 0)
-    each[: counts[0]] = max(float(np.median(counts)), float(counts[0]))
-    return np.asarray(time_ns + np.rint(within * _SECOND_NS / each).astype(np.int64))
+    usual = np.maximum(counts, np.median(counts))
+    # the recorder began within the first second, and ended within the last
+    late = np.where(np.arange(counts.size) == 0, usual - counts, 0.0)
+    within = np.arange(time_ns.size) - np.repeat(np.cumsum(counts) - counts - late, counts)
+    after_s = within / np.repeat(usual, counts)
+    return np.asarray(time_ns + np.rint(after_s * _SECOND_NS).astype(np.int64))
 
 
 def _since_1970(values: npt.NDArray[Any]) -> str:
