@@ -95,7 +95,7 @@ def test_the_page_of_topics_has_rules_with_their_patterns() -> None:
     rows = [line for line in page.splitlines() if line.startswith("| `depth` | ")]
     assert rows[0] == "| `depth` | `depth` |  |  |"
     assert rows[1].startswith(r"| `depth` | `data` | depth | (^\|[/_])(error\|rate")
-    assert "- `attitude_euler`: roll pitch yaw; phi theta psi\n" in page
+    assert "- `attitude_euler`: roll pitch yaw; roll pitch heading; phi theta psi\n" in page
 
 
 def test_the_page_of_rooms_has_every_room(repository: Path) -> None:
