@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.message_fields import impossible
 from pipeline.ingest.pool_run_down import (
+    depth_against_felt,
     depth_too_fast,
     doubtful_depths,
     down_against_level,
@@ -88,6 +89,7 @@ def contradictions(
     Raises `CannotComputeError` where the times of the run make no table.
     """
     yield from depth_too_fast(run, table, place)
+    yield from depth_against_felt(run, table, vehicle, place)
     yield from gravity_against_attitude(run, table, place)
     yield from _turning_against_rates(run, table, place)
     yield from velocity_against_motion(run, vehicle, place)

@@ -34,6 +34,8 @@ _DEEP_M = 100.0
 #: Nothing dives or surfaces faster but what falls free. [m/s]
 _FASTEST_MPS = 4.0
 _MOVING_M, _AGAINST = 0.03, -0.8
+#: A depth that swings so many times as much as is felt is in a smaller unit; how alike both are.
+_MOST_OF_UNIT, _FELT_ALIKE = 1.7, 0.6
 #: Two depths of one vehicle differ by places of sensors, air pressure and water: [m], and a share.
 _LEAST_APART_M, _APART = 0.5, 0.15
 
@@ -240,6 +242,36 @@ def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Prob
         yield place.warning(
             f"the depth ({channel.topic}) changes by {fast:.3g} m a second for a good part of the "
             "run, more than is possible: its unit is probably off by a factor such as 100.",
+            remedy="State the unit under pool: channels in vehicle.yaml.",
+        )
+
+
+def depth_against_felt(
+    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
+) -> Iterator[Problem]:
+    """Say where a depth swings plainly more than the accelerometer feels the vehicle do.
+
+    z(t + s) - 2 z(t) + z(t - s) is the acceleration downwards, weighted by a triangle over 2 s.
+    """
+    if not {"depth", "attitude", "specific_force"} <= set(table.values):
+        return
+    depth, force = table.values["depth"][:, 0], table.values["specific_force"]
+    felt = (force * down_axis(table.values["attitude"])).sum(axis=1) + vehicle.water.gravity_mps2
+    weight = 1.0 - np.abs(np.arange(1 - _SMOOTH, _SMOOTH)) / _SMOOTH
+    if len(depth) < _LEAST_ROWS:
+        return
+    swing = depth[2 * _SMOOTH :] - 2.0 * depth[_SMOOTH:-_SMOOTH] + depth[: -2 * _SMOOTH]
+    made = np.convolve(felt, weight, "valid")[1:-1] * _SMOOTH / TABLE_HZ**2
+    there = np.isfinite(swing) & np.isfinite(made)
+    if there.sum() < _LEAST_ROWS:
+        return
+    swing, made = swing[there] - swing[there].mean(), made[there] - made[there].mean()
+    along, power = float(swing @ made), max(float(made @ made), 1e-12)
+    alike = along / max(float(np.sqrt(power * (swing @ swing))), 1e-12)
+    if alike > _FELT_ALIKE and along > _MOST_OF_UNIT * power:
+        yield place.warning(
+            f"the depth ({run.channels['depth'].topic}) changes {along / power:.3g} times as "
+            "much as the acceleration that the IMU feels has it: check its unit.",
             remedy="State the unit under pool: channels in vehicle.yaml.",
         )
 

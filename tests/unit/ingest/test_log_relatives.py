@@ -296,3 +296,15 @@ def test_angles_and_sensors_by_their_names(tmp_path: Path) -> None:
     np.testing.assert_allclose(yaw, EULER[:, 2], atol=3e-3)
     np.testing.assert_allclose(run.channels["angular_velocity"].values, 0.1 * EULER)
     np.testing.assert_allclose(run.channels["specific_force"].values, force)
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (3.28, True)])
+def test_a_depth_in_feet_swings_more_than_is_felt(
+    factor: float, told: bool, tmp_path: Path
+) -> None:
+    felt = -9.81 - 0.5 * 0.9**2 * np.sin(0.9 * T)
+    depth = 3.0 + 0.5 * np.sin(0.9 * T) + 0.002 * np.random.default_rng(1).standard_normal(T.size)
+    still = 0.0 * T
+    rows = rows_of(T, factor * depth, still, still, felt, still, still, 0.001 * np.sin(T))
+    run = table(tmp_path, f"time [s],depth [m],ax,ay,az,roll,pitch,yaw\n{rows}")
+    assert ("the depth (table) changes 3." in said(run)) is told
