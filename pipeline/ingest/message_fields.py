@@ -211,6 +211,8 @@ def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> Bool
     if known.size < _LEAST_WEIGHED:
         return left_out
     states, counts = np.unique(known, return_counts=True)
+    if states.size < 2:
+        return left_out
     step, rough = np.full((2, numbers.size), np.nan)
     step[1:] = np.linalg.norm(np.diff(readings, axis=0), axis=1)
     rough[1:-1] = np.linalg.norm(np.diff(readings, 2, axis=0), axis=1)
@@ -231,7 +233,8 @@ def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> Bool
             continue
         among_odd, among_usual = (float(np.nanmedian(rough[rows])) for rows in (odd, usual))
         is_noise = by_name or among_odd > float(np.nanmedian(step[odd]))
-        if (is_noise and among_odd > _UNUSUAL * among_usual) or among_odd == 0.0 < among_usual:
+        stands = by_name and among_odd == 0.0 < among_usual
+        if stands or (is_noise and among_odd > _UNUSUAL * among_usual):
             left_out |= odd
     return left_out
 

@@ -121,6 +121,17 @@ def test_a_state_of_any_name_counts_where_readings_are_noise(
         assert channel.marks.get("not_a_number", np.zeros(1)).sum() == is_noise * lost.sum()
 
 
+def test_a_vehicle_that_rests_unarmed_is_read(tmp_path: Path) -> None:
+    values = velocities()
+    values[:200] = 0.0
+    contents = [
+        {"velocity": vector(row), "armed": k >= 200} for k, row in enumerate(values.tolist())
+    ]
+    path = write_log(tmp_path / "run.mcap", [json_topic("/dvl", ticks(COUNT, 10.0), contents)])
+    marks = read_pool_run(path, rov(), tmp_path).channels["velocity"].marks
+    assert "not_a_number" not in marks
+
+
 def test_a_table_does_not_say_whose_validity_it_is(tmp_path: Path) -> None:
     lines = [f"{k / 10.0},{row[0]},{row[1]},{row[2]},{k % 2}" for k, row in enumerate(velocities())]
     for name, left_out in (("velocity_valid", COUNT / 2), ("valid", 0), ("is_valid", 0)):
