@@ -87,7 +87,7 @@ def gap_seen(  # noqa: PLR0917 - one caller
     whole_spread = healthy_spread(whole_look, ahead.floors, ahead.healthy, channels, whole, seed)
     return GapSeen(
         ahead,
-        regressors(found.setting, runs),
+        regressors(found.setting.bench.stack.packed, found.setting.bench.stack.windows, runs),
         channel_gaps(ahead.stated, ahead.spread, whole, whole_spread),
         worst_gap(ahead.before, ahead.spread),
         worst_gap(ahead.well, ahead.well_spread),

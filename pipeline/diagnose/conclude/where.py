@@ -68,7 +68,7 @@ def where_told(
     return Where(
         channels=channels,
         regimes=regime_shares(every, by_regime, goes_with),
-        times=time_shares(setting, runs, carried),
+        times=time_shares(setting.bench.stack.windows, runs, carried),
     )
 
 

@@ -3,16 +3,16 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 
 from pipeline.diagnose.gap.forecast import Forecast, rms
-from pipeline.diagnose.linear.linear_model import Setting
 from pipeline.physics.parameters import read
 from pipeline.records.diagnosis import RegimeGap, RegimeShare, TimeShare
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 
 #: A regime is named when its share of the gap is that many times its share of the time, and large;
 #: or, less marked, where the gap goes with the regressor throughout: by more than chance would have
@@ -35,9 +35,34 @@ class Regressor:
     values: FloatArray
 
 
-def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
+class Stretch(Protocol):
+    """A piece of a run: which, from when on and how long, and its commands (m, n)."""
+
+    @property
+    def run(self) -> int:
+        """Number of the run."""
+        ...
+
+    @property
+    def begin_s(self) -> float:
+        """Where it begins, on the clock of the run."""
+        ...
+
+    @property
+    def duration_s(self) -> float:
+        """How long it is."""
+        ...
+
+    @property
+    def command(self) -> FloatArray:
+        """Codes (m, n)."""
+        ...
+
+
+def regressors(
+    packed: PackedVehicle, windows: Sequence[Stretch], runs: Sequence[RunTable]
+) -> list[Regressor]:
     """Means over each window of what a force may depend on."""
-    windows, packed = setting.bench.stack.windows, setting.bench.stack.packed
     count = len(packed.thruster_names)
     largest = read(packed.vector, "code_max")[:count]
 
@@ -181,14 +206,13 @@ def _ranks(values: FloatArray) -> FloatArray:
 
 
 def time_shares(
-    setting: Setting, runs: Sequence[RunTable], carried: FloatArray
+    windows: Sequence[Stretch], runs: Sequence[RunTable], carried: FloatArray
 ) -> tuple[TimeShare, ...]:
     """Stretches of the runs with a gap: windows that carry at least half the mean, joined."""
     whole = float(carried.sum())
     if whole <= 0.0:
         return ()
     found: list[TimeShare] = []
-    windows = setting.bench.stack.windows
     for window, own in zip(windows, carried, strict=True):
         if own < 0.5 * whole / len(carried):
             continue
@@ -203,10 +227,7 @@ def time_shares(
 
 
 def regime_gaps(
-    every: Sequence[Regressor],
-    near: Forecast,
-    spread: Mapping[str, FloatArray],
-    within_s: float,
+    every: Sequence[Regressor], ratios_in: Callable[[BoolArray], dict[str, float]]
 ) -> tuple[RegimeGap, ...]:
     """Root mean square error over the healthy floor, by regime and channel.
 
@@ -214,12 +235,8 @@ def regime_gaps(
     ----------
     every : sequence of Regressor
         Means over each window (windows,) of what a force may depend on.
-    near : Forecast
-        Errors of the model as it is stated.
-    spread : mapping
-        Channel -> (k,): mean square of what healthy vehicles differ from it, at the same readings.
-    within_s : float
-        Readings further ahead than this do not count. [s]
+    ratios_in : callable
+        Ratio of every channel in some windows (windows,); see `ratios_of`.
 
     Returns
     -------
@@ -237,7 +254,7 @@ def regime_gaps(
             last = number == len(edges) - 2
             above = one.values <= high if last else one.values < high
             inside = (one.values >= low) & above
-            ratios = _ratios(inside, near, spread, within_s)
+            ratios = ratios_in(inside)
             if ratios:
                 share = float(np.mean(inside))
                 found.append(
@@ -252,18 +269,29 @@ def regime_gaps(
     return tuple(found)
 
 
-def _ratios(
-    inside: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    near: Forecast,
-    spread: Mapping[str, FloatArray],
-    within_s: float,
-) -> dict[str, float]:
-    """Ratio of every channel that has enough readings in the windows `inside`."""
-    ratios = {}
-    for name in near.errors:
-        rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s)
-        if rows.sum() < _FEWEST:
-            continue
-        floor = near.healthy_floor(name, spread, rows)
-        ratios[name] = rms(near.counted(name, rows, floor)) / max(floor, 1e-12)
-    return ratios
+def ratios_of(
+    near: Forecast, spread: Mapping[str, FloatArray], within_s: float
+) -> Callable[[BoolArray], dict[str, float]]:
+    """Return what gives the ratio of every channel that has enough readings in some windows.
+
+    Parameters
+    ----------
+    near : Forecast
+        Errors of the model as it is stated.
+    spread : mapping
+        Channel -> (k,): mean square of what healthy vehicles differ from it, at the same readings.
+    within_s : float
+        Readings further ahead than this do not count. [s]
+    """
+
+    def ratios_in(inside: BoolArray) -> dict[str, float]:
+        ratios = {}
+        for name in near.errors:
+            rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s)
+            if rows.sum() < _FEWEST:
+                continue
+            floor = near.healthy_floor(name, spread, rows)
+            ratios[name] = rms(near.counted(name, rows, floor)) / max(floor, 1e-12)
+        return ratios
+
+    return ratios_in

@@ -11,7 +11,7 @@ from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen
 from pipeline.diagnose.conclude.where import where_told
 from pipeline.diagnose.gap.channel_gaps import shown_channels
 from pipeline.diagnose.gap.forecast import AHEAD_S
-from pipeline.diagnose.gap.regimes import regime_gaps
+from pipeline.diagnose.gap.regimes import ratios_of, regime_gaps
 from pipeline.diagnose.gap.series import series_of
 from pipeline.diagnose.inference.answer import Answers
 from pipeline.diagnose.inference.verdict import ranking_of
@@ -87,7 +87,7 @@ def record_of(  # noqa: PLR0917 - one caller
                 after=acts_with,
                 unknown=UNKNOWN in names,
             ),
-            by_regime=regime_gaps(seen.every, ahead.stated, ahead.spread, AHEAD_S),
+            by_regime=regime_gaps(seen.every, ratios_of(ahead.stated, ahead.spread, AHEAD_S)),
         ),
         verdict=Verdict(
             effects=names,

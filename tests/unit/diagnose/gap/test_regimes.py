@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.diagnose.gap.forecast import Forecast
-from pipeline.diagnose.gap.regimes import Regressor, regime_gaps
+from pipeline.diagnose.gap.regimes import Regressor, ratios_of, regime_gaps
 
 
 def test_a_gap_that_grows_with_depth_shows_in_the_deepest_third() -> None:
@@ -23,7 +23,7 @@ def test_a_gap_that_grows_with_depth_shows_in_the_deepest_third() -> None:
     )
     spread = {"w": np.full(owner.size, 0.08**2), "u": np.full(owner.size, 0.08**2)}
     wall = Regressor("wall_distance_m", "m", np.full(windows, np.nan))
-    found = regime_gaps([Regressor("depth_m", "m", depth), wall], near, spread, 6.0)
+    found = regime_gaps([Regressor("depth_m", "m", depth), wall], ratios_of(near, spread, 6.0))
     # healthy floor: sqrt(0.08^2 + 0.06^2) = 0.1
     assert [one.ratios["u"] for one in found] == pytest.approx([1.0] * len(found))
     assert found[-1].range[1] == 3.0
@@ -40,4 +40,4 @@ def test_a_regressor_that_never_changes_is_one_regime_or_none() -> None:
         sensor={"u": 0.1},
     )
     still = Regressor("depth_m", "m", np.full(4, 1.5))
-    assert regime_gaps([still], near, {"u": np.zeros(4)}, 6.0) == ()
+    assert regime_gaps([still], ratios_of(near, {"u": np.zeros(4)}, 6.0)) == ()
