@@ -19,7 +19,6 @@ from pipeline.diagnose.events.told import with_events as told_events
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
-from pipeline.diagnose.kinematics.instruments import instrument_errors
 from pipeline.diagnose.preconditions import check_preconditions
 from pipeline.diagnose.regression.answer import against_sound
 from pipeline.diagnose.regression.gained import gained_of, with_dead_thruster
@@ -112,14 +111,7 @@ def _beside_errors(
     if len(case.healthy) >= LEAST_SOUND:
         known, note = reference_of(case)
     if known is not None:
-        # the regression asks for forces alone: what the instruments contradict each other by is
-        # asked of the model, which knows how they are mounted
-        wrong = instrument_errors(
-            case.vehicle, case.packed, case.candidates, case.runs, case.healthy
-        )
-        if wrong is None:
-            return _against_sound(case, known, began)
-        note = f"position and velocity contradict each other ({', '.join(wrong.effects)})."
+        return _against_sound(case, known, began)
     answer, found = _diagnosed(case, threads, seed, began, keep)
     # what cannot be solved there takes nothing from the answer that there is
     with suppress(CannotComputeError, np.linalg.LinAlgError):

@@ -1,6 +1,6 @@
 """The motion of a measured run on its rows: state, acceleration, and which of it was measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -108,6 +108,16 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if depth is not None:
         state[:, 2] = depth[:, 0]
     return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None, follows, down)
+
+
+def reckoned(motion: MeasuredMotion) -> MeasuredMotion:
+    """Add where dead reckoning leads from the origin, where no place was measured."""
+    if motion.placed or not motion.measured[:3].all():
+        return motion
+    turn = Rotation.from_quat(motion.state[:, [4, 5, 6, 3]])
+    state, step_s = motion.state.copy(), np.diff(motion.time_s, prepend=motion.time_s[0])
+    state[:, :2] = np.cumsum(turn.apply(motion.nu[:, :3])[:, :2] * step_s[:, None], axis=0)
+    return replace(motion, state=state)
 
 
 def _upright(turn: Rotation) -> FloatArray:

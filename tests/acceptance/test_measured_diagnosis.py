@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subject
-from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
 from pipeline.effects.library import candidates, parse_effect
-from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.records.diagnosis import DiagnosisRecord
 
@@ -55,20 +53,16 @@ def test_what_is_printed_is_the_posterior_and_the_sound_runs(told: DiagnosisReco
     assert any("sound runs" in note for note in told.notes)
 
 
-def test_a_wrong_scale_of_the_velocity_is_left_to_what_knows_the_instruments(
-    tank: MeasuredSubject, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The regression asks for forces alone; dead reckoning to the position is sure of the scale."""
+def test_a_wrong_scale_of_the_velocity_is_named(tank: MeasuredSubject) -> None:
+    """Dead reckoning to the measured place is sure of it, beside the regression."""
     runs = sorted(tank.runs, key=lambda one: one.time_s.size)
     bad = replace(runs[1], values=runs[1].values | {"velocity": 1.1 * runs[1].values["velocity"]})
     case = Case("tank", tank.vehicle, tank.packed, (bad,), healthy=(runs[0], runs[2], runs[4]))
-
-    def asked(*_: object) -> None:
-        raise CannotComputeError("the vehicle file was asked")
-
-    monkeypatch.setattr(engine, "_diagnosed", asked)
-    with pytest.raises(CannotComputeError, match="the vehicle file was asked"):
-        diagnose(case, threads=1)
+    record = diagnose(case, threads=1)
+    assert record.verdict.effects == ("dvl_scale",)
+    assert record.verdict.since
+    low, high = record.ranking[0].parameters["scale"].ci95
+    assert low < 1.1 < high
 
 
 def test_a_thruster_that_did_nothing_is_named_without_sound_runs(

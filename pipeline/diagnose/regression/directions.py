@@ -7,23 +7,22 @@ import numpy as np
 from pipeline.diagnose.linear.coordinates import Coordinate, coordinates
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import unstated
-from pipeline.measured.inject import READINGS
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.schema import Vehicle
 
-#: Effects that no force of a known motion shows, and those whose parameters act only together.
-NOT_ASKED = (READINGS - {"dvl_scale"}) | {"tether", "shaft_inertia", "wall_effect"}
+#: Shafts that take their time are no force of a known motion.
+NOT_ASKED = frozenset({"shaft_inertia"})
 #: Effects that change the thrust of all thrusters.
 OF_ALL_THRUSTERS = frozenset(
     {"advance_speed_loss", "reverse_thrust", "thrust_deduction", "voltage_sag"}
 )
 #: Between runs all thrusters, and a single one, differ by a share of what the file says of the
 #: thrust; of what no file states a share of half the plausible range is ordinary. A module on
-#: board never is.
-_OF_ALL, _OF_ONE, _UNSTATED, _NEVER = 0.75, 0.2, 0.15, 1e-3
+#: board never is, and a cable that nobody stated hardly.
+_OF_ALL, _OF_ONE, _UNSTATED, _NEVER, _CABLE = 0.75, 0.2, 0.15, 1e-3, 0.03
 
 
 def directions_of(
@@ -48,6 +47,8 @@ def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatAr
     found = []
     for one in directions:
         own = one.ordinary if one.ordinary > 0.0 else _UNSTATED
+        if one.effect.id == "tether":
+            own = _CABLE
         if one.effect.id == "payload":
             own = _NEVER  # what trim is off by stands under residual buoyancy
         if one.effect.id == "thruster_degraded":

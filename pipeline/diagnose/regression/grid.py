@@ -15,14 +15,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.misread import misread
+from pipeline.diagnose.regression.place import place_told
 from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.measured.demand import demanded, known_wrench, settled
-from pipeline.measured.inject import layout
+from pipeline.measured.inject import READINGS, layout
 from pipeline.measured.lagging import lagged
-from pipeline.measured.motion import channel_of, measured_motion
+from pipeline.measured.motion import channel_of, measured_motion, reckoned
 from pipeline.physics.window_sums import means_over
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.applied_wrench import thruster_wrench
@@ -46,10 +48,12 @@ class GridRun:
     mean wrench of the thrusters over the period that ends at a row. For each direction `more`
     (m, d, 6) is the mean wrench of a unit of it but for what goes with the acceleration, and
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
-    NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,). `course`
+    NED. `beside` are what a logged voltage and the
+    measured place say of them, information (d, d) and score (d,) of each. `course`
     (m, v) are the velocities as accelerations tell their course, with less noise, where they do.
-    `taken` are the sizes at which wrenches of directions were taken that are likely; `claimed` is
-    what they are taken from.
+    `taken` are the sizes at which wrenches of directions were taken that are likely; `misread`
+    (d, 3, 9) is what a unit of each direction changes in readings of the velocity, see `misread`;
+    `claimed` is what they are taken from.
     """
 
     name: str
@@ -62,7 +66,8 @@ class GridRun:
     wrench: FloatArray
     more: FloatArray
     heavier: FloatArray
-    supply: tuple[FloatArray, FloatArray] | None = None
+    misread: FloatArray
+    beside: tuple[tuple[FloatArray, FloatArray], ...] = ()
     course: FloatArray | None = None
     taken: Mapping[int, float] = field(default_factory=dict)
     claimed: "_Claimed | None" = field(default=None, repr=False)
@@ -95,17 +100,20 @@ def on_grids(
         Without rates of turn or attitude, or for a run shorter than a second.
     """
     claimed = _Claimed(packed, run, sensors)
-    departures = [claimed.departure(one, np.sign(one.step) * _STEP) for one in directions]
-    supply = supply_told(packed, run, sensors, directions)
+    departures = [claimed.departure(one, float(np.sign(one.step)) * _STEP) for one in directions]
+    beside = (
+        supply_told(packed, run, sensors, directions),
+        place_told(run, sensors, directions),
+    )
     return [
-        replace(_gridded(claimed, departures, period_s), supply=supply, claimed=claimed)
+        replace(_gridded(claimed, departures, period_s), beside=beside, claimed=claimed)
         for period_s in periods_s
     ]
 
 
 def _gridded(
     claimed: "_Claimed",
-    departures: Sequence[tuple[FloatArray, FloatArray]],
+    departures: Sequence["_Departure"],
     period_s: float,
 ) -> GridRun:
     run, motion, row_s = claimed.run, claimed.motion, claimed.row_s
@@ -130,8 +138,9 @@ def _gridded(
     attitude = _attitude(motion.state[:, 3:7], rows, row_s, period_s, run)
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
-    for k, (added, mass) in enumerate(departures):
-        more[:, k], heavier[k] = _mean(added, rows), mass
+    misread = np.zeros((count, 3, 9))
+    for k, one in enumerate(departures):
+        more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
     return GridRun(
         name=run.name,
         period_s=period_s,
@@ -144,6 +153,7 @@ def _gridded(
         wrench=_mean(claimed.wrench, rows),
         more=more,
         heavier=heavier,
+        misread=misread,
     )
 
 
@@ -154,11 +164,21 @@ def at_sizes(
     claimed = grid.claimed
     assert claimed is not None  # noqa: S101 - of `on_grids`
     _, rows = _rows_of(claimed.run, grid.period_s, claimed.row_s)
-    more, heavier = grid.more.copy(), grid.heavier.copy()
+    more, heavier, misread = grid.more.copy(), grid.heavier.copy(), grid.misread.copy()
     for k, size in sizes.items():
-        added, heavier[k] = claimed.departure(directions[k], size)
-        more[:, k] = _mean(added, rows)
-    return replace(grid, more=more, heavier=heavier, taken={**grid.taken, **sizes})
+        one = claimed.departure(directions[k], size)
+        more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
+    taken = {**grid.taken, **sizes}
+    return replace(grid, more=more, heavier=heavier, misread=misread, taken=taken)
+
+
+@dataclass(frozen=True)
+class _Departure:
+    """Of a unit of a direction: wrench (rows, 6), mass (6, 6), and what is misread (3, 9)."""
+
+    wrench: FloatArray
+    mass: FloatArray
+    misread: FloatArray
 
 
 class _Claimed:
@@ -169,7 +189,8 @@ class _Claimed:
 
     def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
         self.packed, self.run = packed, run
-        self.motion = measured_motion(run, sensors)
+        self.motion = reckoned(measured_motion(run, sensors))
+        self._dvl = sensors.dvl if sensors else None
         self.row_s = run.period_s
         place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)
         self.of_turning = np.cross(self.motion.nu[:, 3:], np.array(place))
@@ -182,40 +203,28 @@ class _Claimed:
         self._hull = -demanded(packed, self._nominal, self.motion, still=True)
         self._lever = layout(packed, self._nominal)
 
-    def departure(self, one: Coordinate, size: float) -> tuple[FloatArray, FloatArray]:
-        """Wrench (rows, 6) and mass (6, 6) of a unit of a direction, taken at a size."""
-        packed = self.packed
+    def departure(self, one: Coordinate, size: float) -> _Departure:
+        """Return what a unit of a direction makes, taken at a size."""
+        packed, as_read = self.packed, np.zeros((3, 9))
         if one.effect.id == "thruster_degraded" and one.target is not None:
             column = packed.thruster_names.index(one.target)
             thrust = one.unit_size * self._thrust[:, column, None]
-            return thrust * self._lever[:, column], np.zeros((6, 6))
+            return _Departure(thrust * self._lever[:, column], np.zeros((6, 6)), as_read)
         least, most = one.parameter.possible
         value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
         share = (value - one.parameter.neutral) / one.unit_size
-        if one.effect.id == "dvl_scale":
-            return self._read_by(value) / share, np.zeros((6, 6))
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
         changed = settled(apply_effects(packed.vector, [spec], packed.context))
+        if one.effect.id in READINGS:
+            as_read = misread(self._dvl, changed) / share
+            return _Departure(np.zeros_like(self.wrench), np.zeros((6, 6)), as_read)
         if one.effect.of_thrusters or one.target is not None:
             pushed = _pushed(packed, changed, self._codes, self.motion.nu, self.row_s)[0]
             added = pushed - self._pushed
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
-        return added / share, (mass_of(changed) - mass_of(self._nominal)) / share
-
-    def _read_by(self, scale: float) -> FloatArray:
-        """Wrench (rows, 6) that seems to act where a DVL reads so many times the speed.
-
-        The vehicle answers to what acts at its true speed, and its answer along the axes is read
-        as so many times as much.
-        """
-        state = self.motion.state.copy()
-        state[:, 7:10] /= scale
-        slower = replace(self.motion, state=state)
-        there = _pushed(self.packed, self._nominal, self._codes, slower.nu, self.row_s)[0]
-        there -= demanded(self.packed, self._nominal, slower, still=True)
-        there[:, :3] *= scale
-        return there - self._pushed - self._hull
+        mass = (mass_of(changed) - mass_of(self._nominal)) / share
+        return _Departure(added / share, mass, as_read)
 
 
 def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:

@@ -11,13 +11,14 @@ tells how much healthy runs differ.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.signatures import FORCES, Rows, by_force, features, stays
-from pipeline.diagnose.regression.told import Told
+from pipeline.diagnose.regression.told import BESIDE, Told
 from pipeline.types import FloatArray, IntArray
 
 #: Coefficients of the filter.
@@ -34,6 +35,8 @@ _ROUNDS = 3
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
+#: Velocity by which the slope of what follows from it is taken. [m/s]
+_SLIGHTLY = 0.01
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 
@@ -212,18 +215,26 @@ class Response:
         """Return what a run that took no part says of the directions."""
         return self._told(Rows(run, self._mean), self._of_all)
 
-    def _told(self, one: Rows, fit: _Fit) -> Told:
+    def would_tell(self, run: GridRun) -> Told:
+        """Return what a run that was not flown yet would say, with the noise of the sound ones."""
+        usual = np.mean([np.mean(self._noise(one), axis=0) for one in self.remainders], axis=0)
+        return self._told(Rows(run, self._mean), self._of_all, usual)
+
+    def _told(self, one: Rows, fit: _Fit, usual: FloatArray | None = None) -> Told:
         """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
         x = self._scaled(one)
         remainder, signature = self._remainder(one, fit)
         noise = self._noise(remainder)
+        if usual is not None:
+            noise = np.broadcast_to(usual, remainder.shape)
         count, channels = signature.shape[1], len(self.channels)
-        information, score = np.zeros((channels + 1, count, count)), np.zeros((channels + 1, count))
-        if one.run.supply is not None:
-            information[-1], score[-1] = one.run.supply
+        every = channels + BESIDE
+        information, score = np.zeros((every, count, count)), np.zeros((every, count))
+        for k, (own, slope) in enumerate(one.run.beside, start=channels):
+            information[k], score[k] = own, slope
         for c in range(channels):
-            every = np.column_stack([signature[:, :, c], x, remainder[:, c]])
-            white = self._whitened(every, c, noise)
+            columns = np.column_stack([signature[:, :, c], x, remainder[:, c]])
+            white = self._whitened(columns, c, noise)
             s, f, rest = white[:, :count], white[:, count:-1], white[:, -1]
             inner = np.linalg.inv(np.linalg.inv(fit.covariance[c]) + f.T @ f)
             across = s.T @ f @ inner
@@ -248,7 +259,47 @@ class Response:
         if course is not None:
             now, before = course[one.rows - 1], course[one.rows - 2]
             gained = self._next(fit, (now, before), one.run, one.rows) - now
-        return one.next - predicted, one.signatures(self._learned_force(fit.slope), gained)
+        found = one.signatures(self._learned_force(fit.slope), gained)
+        return one.next - predicted, found + self._misread(one, fit)
+
+    def _misread(self, one: Rows, fit: _Fit) -> FloatArray:
+        """Change (k, d, c) of what is read of a unit: next, less what follows of it now and before.
+
+            E x(t + T) - df/dnow E x(t) - df/dbefore E x(t - T)
+
+        with x velocities, rates and accelerations. Velocities are what is predicted from those
+        now: their noise then takes itself off, while that of readings to come would pass for
+        motion.
+        """
+        run, rows = one.run, one.rows
+        found = np.zeros((rows.size, len(run.misread), len(self.channels)))
+        own = np.flatnonzero(np.any(run.misread, axis=(1, 2)))
+        if not own.size or self.channels != CHANNELS:
+            return found
+        states = [run.velocity[rows - 2], one.now]
+        for later in (rows, np.minimum(rows + 1, len(run.velocity) - 1)):
+            following = self._next(fit, (states[-1], states[-2]), run, later)
+            following[:, 3:] = run.velocity[later, 3:]
+            states.append(following)
+        read = []
+        for state, following in pairwise(states):
+            rate = (following - state)[:, :3] / run.period_s
+            both = np.concatenate([state, rate], axis=1)
+            read.append(np.einsum("dij,kj->kdi", run.misread[own], both))
+        # what it does to moments is small beside what is not known of them
+        before, now, to_come = read
+        predicted = self._next(fit, (states[1], states[0]), run, rows)
+        found[:, own, :3] = to_come
+        for c in range(3):
+            more = np.zeros(len(self.channels))
+            more[c] = _SLIGHTLY
+            for error, at in (
+                (now, (states[1] + more, states[0])),
+                (before, (states[1], states[0] + more)),
+            ):
+                slope = (self._next(fit, at, run, rows) - predicted) / _SLIGHTLY
+                found[:, own, :3] -= error[:, :, c, None] * slope[:, None, :3]
+        return found
 
     @property
     def force(self) -> FloatArray:
@@ -292,14 +343,14 @@ class Response:
         return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
 
     def next_of(
-        self, left_out: int, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
+        self, left_out: int | None, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
     ) -> FloatArray:
         """Predict next velocities (k, c) with a run left out.
 
         Parameters
         ----------
-        left_out : int
-            Which run takes no part.
+        left_out : int or None
+            Which sound run takes no part, if one.
         velocity : sequence of ndarray, shape (k, c)
             Now and a period before.
         run : GridRun
@@ -307,7 +358,8 @@ class Response:
         rows : ndarray, shape (k,)
             Rows of it that are predicted.
         """
-        return self._next(self._left_out[left_out], velocity, run, rows)
+        fit = self._of_all if left_out is None else self._left_out[left_out]
+        return self._next(fit, velocity, run, rows)
 
     def _next(
         self, fit: _Fit, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray

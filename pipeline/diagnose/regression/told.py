@@ -6,12 +6,16 @@ import numpy as np
 
 from pipeline.types import FloatArray
 
+#: Channels beside the velocities.
+BESIDE = 2
+
 
 @dataclass(frozen=True)
 class Told:
     """What the channels of a run say of the directions: information (c, d, d) and score (c, d).
 
-    The last channel is the logged supply voltage, which says nothing where there is none.
+    The last channels are the logged supply voltage and the measured place, which say nothing where
+    there is none.
 
     `thrust` (d,) is the share by which a unit of each direction changes the thrust of the run.
     """

@@ -9,6 +9,7 @@ are built of the strongest effects. Under `unknown` a run differs by more than i
 directions at once.
 """
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -41,8 +42,8 @@ _NO_SIZE = np.zeros(0)
 _SCALES = (0.3, 3.0)
 #: Prior probability that all runs carry a change.
 _ALL_RUNS = 0.7
-#: Single changes from which pairs are built.
-_FROM = 4
+#: Single changes from which pairs are built; parameters of an effect that change at once.
+_FROM, _MOST_PARAMETERS = 4, 3
 
 
 @dataclass(frozen=True)
@@ -260,21 +261,38 @@ def _hypotheses(
         if not seen:
             continue
         prior = float(np.log(PRIOR_OF_ONE * share))
-        one_each = prior - float(np.log(len(members) if len(members) == 1 else 2 * len(members)))
-        own = [_change(runs, (k,), directions, one_each) for k in seen]
+        own = [_change(runs, (k,), directions, prior + _prior_of(1, len(members))) for k in seen]
         own += _by_gains(directions, members[0], prior, gained)
+        # those that are told best, one after the other
         first = max(own, key=_value)
-        two_each = prior - float(np.log(len(members) * max(len(members) - 1, 1)))
-        own += [
-            _change(runs, (min(first.which[0], k), max(first.which[0], k)), directions, two_each)
-            for k in seen
-            if k != first.which[0]
-        ]
+        for count in range(2, min(len(seen), _MOST_PARAMETERS) + 1):
+            more = [
+                _change(
+                    runs,
+                    tuple(sorted((*first.which, k))),
+                    directions,
+                    prior + _prior_of(count, len(members)),
+                )
+                for k in seen
+                if k not in first.which
+            ]
+            first = max(more, key=_value)
+            own += more
         singles += own
         best.append(max(own, key=_worth))
     best.sort(key=_worth, reverse=True)
     pairs = [_pair(runs, first, second) for first, second in combinations(best[:_FROM], 2)]
     return [*found, *singles, *pairs]
+
+
+def _prior_of(count: int, members: int) -> float:
+    """Log prior that so many parameters of an effect are changed, and just these.
+
+    Each further one is half as probable, and any choice of them as probable as another.
+    """
+    most = min(members, _MOST_PARAMETERS)
+    share = 0.5 ** (count - 1) / (2.0 - 0.5 ** (most - 1))
+    return float(np.log(share / math.comb(members, count)))
 
 
 def _whole(runs: _Runs | None, one: Change, probability: float) -> Change:

@@ -56,6 +56,7 @@ def flown(
         wrench=wrench,
         more=own,
         heavier=np.zeros((1, 6, 6)),
+        misread=np.zeros((1, 3, 9)),
     )
 
 

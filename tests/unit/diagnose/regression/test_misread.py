@@ -1,0 +1,86 @@
+"""Errors of the DVL: what they change in its readings, and in what follows from them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_cases import small_case
+
+from pipeline.diagnose.regression.directions import directions_of
+from pipeline.diagnose.regression.file_step import file_step
+from pipeline.diagnose.regression.grid import on_grids
+from pipeline.diagnose.regression.misread import misread
+from pipeline.diagnose.regression.response import BENT, STIFF, Response
+from pipeline.effects.library import apply_effects
+from pipeline.effects.specification import EffectSpec
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.sensors import measure
+
+ERRORS = (
+    EffectSpec("dvl_scale", {"scale": 1.2}),
+    EffectSpec("dvl_misalignment", {"yaw_deg": -8.0, "pitch_deg": 3.0}),
+    EffectSpec("dvl_lever_arm", {"x_m": 0.3, "y_m": -0.2}),
+    EffectSpec("dvl_delay", {"delay_s": 0.05}),
+)
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda one: one.id)
+def test_readings_differ_as_the_sensors_make_them(error: EffectSpec) -> None:
+    """By the simulated instrument, which has no noise here."""
+    case = small_case(seconds=12.0, effects=(error.id,))
+    sensors = case.vehicle.sensors
+    assert sensors is not None
+    assert sensors.dvl is not None
+    quiet = sensors.model_copy(update={"dvl": sensors.dvl.model_copy(update={"noise_mps": 0.0})})
+    flown = fly(case.packed, MANOEUVRES["zig_zag"].plan(case.packed, 1.0, 12.0))
+    wrong = apply_effects(case.packed.vector, [error], case.packed.context)
+    sound, other = (
+        table_of_log(measure(flown, case.packed, quiet, vector=one), quiet)
+        for one in (case.packed.vector, wrong)
+    )
+    time_s = sound.time_s
+    both = np.stack(
+        [
+            np.interp(time_s, flown.time_s - flown.time_s[0], one)
+            for one in np.hstack([flown.nu, flown.nu_dot[:, :3]]).T
+        ],
+        axis=1,
+    )
+    good = sound.valid["velocity"] & other.valid["velocity"]
+    more = (other.values["velocity"] - sound.values["velocity"])[good]
+    expected = (both @ misread(sensors.dvl, wrong).T)[good]
+    assert np.sqrt(np.mean((more - expected) ** 2)) < 0.2 * np.sqrt(np.mean(more**2))
+
+
+@pytest.mark.parametrize("error", ERRORS[:3], ids=lambda one: one.id)
+def test_what_follows_of_a_reading_is_told_of_its_error(error: EffectSpec) -> None:
+    """Sound runs, their velocity then misread: the size is found, to the noise of the reading."""
+    case = small_case(seconds=30.0, effects=(error.id,))
+    sensors = case.vehicle.sensors
+    directions = directions_of(case.vehicle, case.packed, case.candidates)
+    grids = [on_grids(case.packed, run, sensors, directions, (0.25,))[0] for run in case.runs]
+    file = file_step(case.packed)
+    response = Response(grids, BENT[-1], file, file, stiff=STIFF)
+    wrong = apply_effects(case.packed.vector, [error], case.packed.context)
+    dvl = None if sensors is None else sensors.dvl
+    matrix = misread(dvl, wrong)[:, :6]
+    own = [k for k, one in enumerate(directions) if one.parameter.name in error.values]
+    told = []
+    for run in case.runs:
+        nu = np.hstack([run.values["velocity"], run.values["angular_velocity"]])
+        values = {**run.values, "velocity": run.values["velocity"] + nu @ matrix.T}
+        misread_run = replace(run, values=values)
+        (grid,) = on_grids(case.packed, misread_run, sensors, directions, (0.25,))
+        told.append(response.told(grid))
+    information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]
+    score = np.sum([one.score for one in told], axis=0)[own]
+    found = np.linalg.solve(information, score)
+    for k, size in zip(own, found, strict=True):
+        one = directions[k]
+        value = one.parameter.neutral + one.unit_size * size
+        truth = error.values[one.parameter.name]
+        assert value - one.parameter.neutral == pytest.approx(
+            truth - one.parameter.neutral, rel=0.25
+        )
