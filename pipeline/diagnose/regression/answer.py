@@ -7,11 +7,12 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
-from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
-from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
+from pipeline.diagnose.regression.disturbance import block_ratios, log_odds, powers
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grids
 from pipeline.diagnose.regression.known import Learned, Reference
+from pipeline.diagnose.regression.next_run import next_run
+from pipeline.diagnose.regression.shrink import shrink_of
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
@@ -22,6 +23,7 @@ from pipeline.diagnose.regression.weigh import (
     weighed,
     with_disturbance,
 )
+from pipeline.diagnose.regression.where import STRETCH_S, gap_and_leftover
 from pipeline.diagnose.tell.sentence import sentence
 from pipeline.effects.effect import AXES
 from pipeline.effects.specification import EffectSpec
@@ -78,8 +80,7 @@ def against_sound(
     named = said.names not in {(NONE,), (UNKNOWN,)}
     rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
     rows += _never(rows, known.directions)
-    gap = gap_of(case, known, runs)
-    left = leftover_of(gap, runs, known)
+    gap, left = gap_and_leftover(case, known, runs, said.first if named else None)
     carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
     text = sentence(said.names, said.first.probability, said.ambiguous, rows, left)
     text = _with_runs(text, case, carrying, rows, named=named)
@@ -109,7 +110,7 @@ def against_sound(
         ranking=rows,
         shrink=shrink,
         confusable=_confusable(told, ranking, known),
-        next_run=None,
+        next_run=next_run(case, known, ranking, said),
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
         series=series,
@@ -158,26 +159,39 @@ def _beside_disturbance(
 
     It is looked for in what is left when a run differs by what is ordinary, too.
     """
-    response = learned.response
+    response, none = learned.response, np.zeros(learned.ordinary.width.size)
 
-    def ratios(left: FloatArray) -> FloatArray:
-        return block_ratios(response.filtered(left), response.period_s)
+    def left(
+        run: GridRun, changed: FloatArray, own: FloatArray, out: int | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Filter what a change and what is ordinary leave, and what the change is."""
+        _, before, after = response.after(run, changed, left_out=out)
+        _, _, less = response.after(run, changed + own, left_out=out)
+        return response.filtered(less), response.filtered(before - after)
 
     sound = [
-        ratios(response.after(run, learned.ordinary.of(own, 0.0), left_out=k)[2])
+        left(run, none, learned.ordinary.of(own, 0.0), k)[0]
         for k, (run, own) in enumerate(zip(response.runs, learned.sound, strict=True))
     ]
+    most = np.max([np.mean(np.square(one), axis=0) for one in sound], axis=0)
+    most = np.maximum(most, 1e-24)
+    blocks = [block_ratios(one, response.period_s) for one in sound]
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = np.zeros(learned.ordinary.width.size)
+        changed = none.copy()
         changed[list(one.which)] = one.mean
-        asked = []
+        asked, explained = [], []
         for k, (run, own) in enumerate(zip(runs, told, strict=True)):
-            change = changed if k in one.runs else np.zeros_like(changed)
-            asked.append(ratios(response.after(run, change + learned.ordinary.of(own, change))[2]))
-        odds[one.name] = log_odds(sound, asked)
+            change = changed if k in one.runs else none
+            rest, by_change = left(run, change, learned.ordinary.of(own, change))
+            asked.append(rest)
+            explained.append(by_change)
+        slow = log_odds(blocks, [block_ratios(own, response.period_s) for own in asked])
+        strong = log_odds(powers(sound, None, most), powers(asked, explained, most), of_power=True)
+        # such a force shows in how it comes and goes, or in how strong it is
+        odds[one.name] = float(np.logaddexp(slow, strong) - np.log(2.0))
     return with_disturbance(ranking, odds)
 
 
@@ -290,15 +304,14 @@ def _evidence(
         )
     seconds = sum(float(run.time_s[-1]) for run in runs)
     return Evidence(
-        windows=max(round(seconds / BLOCK_S), 1),
-        window_s=BLOCK_S,
+        windows=max(round(seconds / STRETCH_S), 1),
+        window_s=STRETCH_S,
         readings=sum(run.velocity.size for run in runs),
         linearisations=1,
         force_scale=1.0,
         noise=noise,
         stages={
-            "kinematics": "no error of the DVL that dead reckoning is sure of, where there is "
-            "a position to reckon to",
+            "kinematics": "dead reckoning beside the regression, where a place was measured",
             "dynamics": "regression on the sound runs",
         },
         calibrated=CALIBRATED,

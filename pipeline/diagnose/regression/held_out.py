@@ -55,7 +55,7 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
     for left, run in enumerate(response.runs):
         others = [one for k, one in enumerate(response.runs) if k != left]
         ways: dict[Method, Step] = {
-            "reference": _by_response(response, left),
+            "reference": by_response(response, left),
             "black box": _by_black_box(others),
             "last value": lambda now, _before, _run, _rows: now,
         }
@@ -64,7 +64,7 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
                 others_off = [one for k, one in enumerate(constant[method]) if k != left]
                 ways[method] = _with(steps[method], np.mean(others_off, axis=0))
         for method, step in ways.items():
-            for ahead_s, found in _followed(step, run, _starts(run), AHEAD_S).items():
+            for ahead_s, found in followed(step, run, starts(run), AHEAD_S).items():
                 for c, name in enumerate(run.channels):
                     errors.setdefault((method, name, ahead_s), []).append(found[:, c])
     return tuple(_table(errors))
@@ -100,8 +100,8 @@ def error_ahead(response: Response) -> float:
     """Return by how much a response is off of runs left out: mean log of its errors, all ways."""
     squares: dict[tuple[str, float], list[FloatArray]] = {}
     for left, run in enumerate(response.runs):
-        followed = _followed(_by_response(response, left), run, _starts(run), AHEAD_S)
-        for ahead_s, found in followed.items():
+        errors = followed(by_response(response, left), run, starts(run), AHEAD_S)
+        for ahead_s, found in errors.items():
             for c, name in enumerate(run.channels):
                 quantity = "velocity" if name in CHANNELS[:3] else "angular_velocity"
                 squares.setdefault((quantity, ahead_s), []).append(found[:, c] ** 2)
@@ -134,11 +134,12 @@ def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
     return False, f"{told}, which is no better."
 
 
-def _starts(run: GridRun) -> IntArray:
+def starts(run: GridRun) -> IntArray:
+    """Rows of a run from which it is followed ahead."""
     return np.arange(FORCES, len(run.velocity) - 1, max(round(_EVERY_S / run.period_s), 1))
 
 
-def _followed(
+def followed(
     step: Step, run: GridRun, starts: IntArray, far_s: Sequence[float]
 ) -> dict[float, FloatArray]:
     """Errors (k, c) so many seconds ahead of each start that the run is long enough for."""
@@ -157,7 +158,9 @@ def _followed(
     return found
 
 
-def _by_response(response: Response, left: int) -> Step:
+def by_response(response: Response, left: int | None) -> Step:
+    """Return the learned motion, without a run that is left out."""
+
     def step(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
         return response.next_of(left, (now, before), run, rows)
 

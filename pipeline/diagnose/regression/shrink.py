@@ -1,0 +1,155 @@
+"""How far what runs differ from sound ones by shrinks where no size was taken from."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.regression.ahead import floors_of, rms_of, summed, unit_of
+from pipeline.diagnose.regression.decide import Said
+from pipeline.diagnose.regression.grid import GridRun
+from pipeline.diagnose.regression.known import Reference
+from pipeline.records.diagnosis import Interval, Series, Shrink, ShrinkFigures
+from pipeline.types import FloatArray, IntArray
+
+#: Blocks that are drawn from, and how often. [s]
+_BLOCK_S, _RESAMPLINGS, _FEWEST_BLOCKS = 6.0, 400, 4
+#: Gap from which on there is something to close, in floors.
+_LEAST_GAP = 1.1
+
+
+def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
+    """Cut a run in the middle."""
+    middle, rows = len(run.time_s) // 2, len(run.time_s)
+
+    def part(which: slice) -> GridRun:
+        own = {
+            one.name: getattr(run, one.name)[which]
+            for one in fields(run)
+            if isinstance(getattr(run, one.name), np.ndarray)
+            and len(getattr(run, one.name)) == rows
+            and one.name != "heavier"
+        }
+        return replace(run, **own)
+
+    return part(slice(0, middle)), part(slice(middle, rows))
+
+
+def shrink_of(
+    case: Case,
+    known: Reference,
+    said: Said,
+    runs: Sequence[GridRun],
+    held: Sequence[GridRun],
+    *,
+    named: bool,
+) -> tuple[Shrink, tuple[Series, ...]]:
+    """How far the error shrinks where the sizes were not taken from."""
+    parts: list[tuple[GridRun, FloatArray]] = []
+    none = np.zeros(len(known.directions))
+    if held:
+        size = _size_from(known, said, [runs[k] for k in said.first.runs]) if named else none
+        parts = [(run, size) for run in held]
+        told = "runs " + ", ".join(run.name for run in case.holdout)
+    else:
+        cut = [_halves(run) for run in runs]
+        for side in (0, 1):
+            carried = [cut[k][1 - side] for k in said.first.runs]
+            size = _size_from(known, said, carried) if named else none
+            parts += [
+                (one[side], size if k in said.first.runs else none) for k, one in enumerate(cut)
+            ]
+        told = "each half of the runs, with the size from the other half"
+    period, floors = known.best.response.period_s, floors_of(known)
+    before, after, series = [], [], []
+    for run, size in parts:
+        rows, first, second = known.best.response.after(run, size)
+        left, right = summed(first, period), summed(second, period)
+        before.append(left)
+        after.append(right)
+        series += _series(run, rows[len(rows) - len(left) :], left, right)
+    one, other = rms_of(before), rms_of(after)
+    whole, by_channel = _intervals(before, after, floors, period)
+    channels = {
+        name: ShrinkFigures(
+            before=float(one[c]),
+            after=float(other[c]),
+            noise_floor=float(floors[c]),
+            gap_closed=_closed(float(one[c] / floors[c]), float(other[c] / floors[c])),
+            ci95=by_channel[c],
+        )
+        for c, name in enumerate(known.best.response.channels)
+    }
+    first_all = float(np.sqrt(np.mean((one / floors) ** 2)))
+    second_all = float(np.sqrt(np.mean((other / floors) ** 2)))
+    return Shrink(
+        before=first_all,
+        after=second_all,
+        noise_floor=1.0,
+        gap_closed=_closed(first_all, second_all),
+        ci95=whole,
+        channels=channels,
+        held_out=told,
+    ), tuple(series)
+
+
+def _intervals(
+    before: Sequence[FloatArray], after: Sequence[FloatArray], floors: FloatArray, period_s: float
+) -> tuple[Interval | None, list[Interval | None]]:
+    """95 % intervals of the share that is gone, over all channels and of each, by block bootstrap.
+
+    None where too few blocks are there, or next to no gap in most that are drawn.
+    """
+    length = max(round(_BLOCK_S / period_s), 1)
+    sums = []
+    for pair in zip(before, after, strict=True):
+        count = len(pair[0]) // length
+        cut = [one[: count * length].reshape(count, length, -1) for one in pair]
+        sums.append(np.stack([np.mean(np.square(one), axis=1) for one in cut], axis=1))
+    blocks = np.concatenate(sums) / floors**2
+    if len(blocks) < _FEWEST_BLOCKS:
+        return None, [None] * len(floors)
+    drawn = np.random.default_rng(0).integers(0, len(blocks), (_RESAMPLINGS, len(blocks)))
+    ratios = blocks[drawn].mean(axis=1)
+    each = [_interval(np.sqrt(ratios[:, :, c])) for c in range(len(floors))]
+    return _interval(np.sqrt(ratios.mean(axis=2))), each
+
+
+def _interval(drawn: FloatArray) -> Interval | None:
+    every = [_closed(float(one), float(other)) for one, other in drawn]
+    closed = [one for one in every if one is not None]
+    if len(closed) <= len(every) // 2:
+        return None
+    low, high = np.quantile(closed, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _closed(before: float, after: float) -> float | None:
+    return (before - after) / (before - 1.0) if before > _LEAST_GAP else None
+
+
+def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
+    """Size of each direction that is named, from some runs alone."""
+    told = [one.tempered(known.best.ordinary.share) for one in known.best.told(runs)]
+    own = list(said.first.which)
+    found = np.zeros(len(known.directions))
+    information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]
+    score = np.sum([one.score for one in told], axis=0)[own]
+    found[own] = np.linalg.solve(information + np.eye(len(own)), score)
+    return found
+
+
+def _series(run: GridRun, rows: IntArray, before: FloatArray, after: FloatArray) -> list[Series]:
+    return [
+        Series(
+            run=run.name,
+            channel=name,
+            unit=unit_of(name),
+            time_s=tuple(run.time_s[rows].tolist()),
+            measured=tuple(run.velocity[rows, c].tolist()),
+            before=tuple((run.velocity[rows, c] - before[:, c]).tolist()),
+            after=tuple((run.velocity[rows, c] - after[:, c]).tolist()),
+        )
+        for c, name in enumerate(run.channels)
+    ]
