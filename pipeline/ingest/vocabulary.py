@@ -303,8 +303,8 @@ def unit_told_by_name(header: HeaderText, words: Words) -> str | None:
 
 
 #: Factors in the name of a column, such as "Thrust x 10": they may multiply or divide.
-_POWER = r"10+(?:\s*(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?!\d|[.,]\d))"
-_POWER = rf"(?:{_POWER}|0[.,]0*1(?!\d))"
+_OF_TEN = r"10+(?:\s*(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?!\d|[.,]\d))"
+_POWER = rf"(?:{_OF_TEN}|0[.,]0*1(?!\d))"
 _FACTOR = re.compile(
     rf"(?<!\d)(?<!\d\s)[×·*⋅∙•]\s*{_POWER}"
     rf"|(?:(?<=[\s)\]_])|(?<=[KКCС][TТQMМ]))(?<!\d\s)[xXхХ]\s*{_POWER}"
