@@ -1,6 +1,7 @@
 """The answer against sound runs: asked run by run and together, written as a diagnosis."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,11 +10,12 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import block_ratios, log_odds, powers
 from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grids
+from pipeline.diagnose.regression.grid import GridRun, on_grids
 from pipeline.diagnose.regression.known import Learned, Reference
 from pipeline.diagnose.regression.next_run import next_run
 from pipeline.diagnose.regression.shrink import shrink_of
 from pipeline.diagnose.regression.sizes import sizes
+from pipeline.diagnose.regression.taken import all_at, with_sizes
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
     NONE,
@@ -43,9 +45,6 @@ from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
-#: Rounds in which the likeliest single changes are taken at their sizes, those that are not small
-#: (in units) nor already near the size (as a share of it) at which they were taken.
-_ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.1, 0.25
 #: Beside changes less probable than this no other force is looked for.
 _HARDLY = 0.01
 #: Signatures closer than this are alike. [1]
@@ -70,12 +69,9 @@ def against_sound(
     """
     asked = [_asked(case, known, run) for run in case.runs]
     held = [_asked(case, known, run)[0] for run in case.holdout]
-    weighings = [
-        _at_their_sizes(known.directions, learned, grids, gained)
-        for learned, grids in zip(known.grids, zip(*asked, strict=True), strict=True)
-    ]
-    runs, told, _ = weighings[0]
-    ranking = pooled([ranking for _, _, ranking in weighings])
+    found = weighed_on_all(known, asked, gained)
+    held = all_at(held, known.directions, found.sizes)
+    known, runs, ranking = found.known, found.runs, found.ranking
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
     rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
@@ -109,7 +105,7 @@ def against_sound(
         ),
         ranking=rows,
         shrink=shrink,
-        confusable=_confusable(told, ranking, known),
+        confusable=_confusable(found.told, ranking, known),
         next_run=next_run(case, known, ranking, said),
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
@@ -120,36 +116,55 @@ def against_sound(
     return record, _specs(said.first, known.directions) if named else ()
 
 
-def _at_their_sizes(
+@dataclass(frozen=True)
+class Weighed:
+    """All changes, weighed on all grids; the most probable first.
+
+    `known` has the changes that are taken at their `sizes` as directions of their own. `runs` are
+    the asked ones on the grid that predicts best, `told` what they say there.
+    """
+
+    known: Reference
+    sizes: Mapping[int, float]
+    runs: Sequence[GridRun]
+    told: Sequence[Told]
+    ranking: tuple[Change, ...]
+
+
+def weighed_on_all(
+    known: Reference, asked: Sequence[Sequence[GridRun]], gained: Sequence[Gained]
+) -> Weighed:
+    """Weigh all changes on all grids, of which none is known to be the right one.
+
+    Parameters
+    ----------
+    known : Reference
+        What the sound runs show.
+    asked : sequence of sequence of GridRun
+        Each run on all grids of it.
+    gained : sequence of Gained
+        A thruster that is dead by its gains.
+    """
+    more, sizes = with_sizes(known, asked, gained)
+    runs = [all_at(grids, known.directions, sizes) for grids in asked]
+    weighings = [
+        _weighed_on(more.directions, learned, grids, gained)
+        for learned, grids in zip(more.grids, zip(*runs, strict=True), strict=True)
+    ]
+    ranking = pooled([ranking for _, ranking in weighings])
+    return Weighed(more, sizes, [grids[0] for grids in runs], weighings[0][0], ranking)
+
+
+def _weighed_on(
     directions: Sequence[Coordinate],
     learned: Learned,
     runs: Sequence[GridRun],
     gained: Sequence[Gained],
-) -> tuple[list[GridRun], list[Told], tuple[Change, ...]]:
-    """Weigh all changes on one grid, the likeliest at the sizes at which they are found.
-
-    What a dead zone, a lag or a tilt adds is not in proportion to its size.
-    """
-    own, taken, rounds = list(runs), dict[int, float](), 0
-    while True:
-        told = learned.told(own)
-        ranking = weighed(told, directions, learned.ordinary, gained, learned.sound)
-        sizes = {
-            k: float(np.clip(size, *directions[k].bounds))
-            for one in [one for one in ranking if "+" not in one.name][_LIKELIEST - 1 :: -1]
-            for k, size in zip(one.which, one.mean, strict=True)
-        }
-        moved = {
-            k: size
-            for k, size in sizes.items()
-            if abs(size) > _LEAST_SIZE
-            and abs(size - taken.get(k, float(np.sign(directions[k].step)))) > _NEAR * abs(size)
-        }
-        rounds += 1
-        if not moved or rounds > _ROUNDS:
-            return own, told, _beside_disturbance(learned, own, told, ranking)
-        taken |= moved
-        own = [at_sizes(grid, directions, moved) for grid in own]
+) -> tuple[list[Told], tuple[Change, ...]]:
+    """Weigh all changes on one grid."""
+    told = learned.told(runs)
+    ranking = weighed(told, directions, learned.ordinary, gained, learned.sound)
+    return told, _beside_disturbance(learned, runs, told, ranking)
 
 
 def _beside_disturbance(

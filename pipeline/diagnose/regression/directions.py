@@ -22,7 +22,7 @@ OF_ALL_THRUSTERS = frozenset(
 #: Between runs all thrusters, and a single one, differ by a share of what the file says of the
 #: thrust; of what no file states a share of half the plausible range is ordinary. A module on
 #: board never is, and a cable that nobody stated hardly.
-_OF_ALL, _OF_ONE, _UNSTATED, _NEVER, _CABLE = 0.75, 0.2, 0.15, 1e-3, 0.03
+_OF_ALL, _OF_ONE, _UNSTATED, NEVER, _CABLE = 0.75, 0.2, 0.15, 1e-3, 0.03
 
 
 def directions_of(
@@ -50,10 +50,10 @@ def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatAr
         if one.effect.id == "tether":
             own = _CABLE
         if one.effect.id == "payload":
-            own = _NEVER  # what trim is off by stands under residual buoyancy
+            own = NEVER  # what trim is off by stands under residual buoyancy
         if one.effect.id == "thruster_degraded":
-            own = max(_OF_ONE * thrust / one.unit_size, _NEVER)
+            own = max(_OF_ONE * thrust / one.unit_size, NEVER)
         elif one.effect.id in OF_ALL_THRUSTERS:
-            own = max(_OF_ALL * thrust / one.unit_size, _NEVER)
+            own = max(_OF_ALL * thrust / one.unit_size, NEVER)
         found.append(own)
     return np.array(found)

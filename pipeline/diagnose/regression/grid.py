@@ -157,19 +157,25 @@ def _gridded(
     )
 
 
-def at_sizes(
+def beside_taken(
     grid: GridRun, directions: Sequence[Coordinate], sizes: Mapping[int, float]
 ) -> GridRun:
-    """Take the wrench of some directions at the sizes (in their units) that they are found at."""
+    """Add some directions (by their places) once more, taken at sizes (in their units).
+
+    What is ordinary is small, and stays as it was taken; a change that is asked for need not be.
+    """
     claimed = grid.claimed
     assert claimed is not None  # noqa: S101 - of `on_grids`
     _, rows = _rows_of(claimed.run, grid.period_s, claimed.row_s)
-    more, heavier, misread = grid.more.copy(), grid.heavier.copy(), grid.misread.copy()
-    for k, size in sizes.items():
-        one = claimed.departure(directions[k], size)
+    count, own = len(directions), list(sizes)
+    places = [*range(count), *own]
+    more, heavier, misread = grid.more[:, places], grid.heavier[places], grid.misread[places]
+    for k, (which, size) in enumerate(sizes.items(), start=count):
+        one = claimed.departure(directions[which], size)
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
-    taken = {**grid.taken, **sizes}
-    return replace(grid, more=more, heavier=heavier, misread=misread, taken=taken)
+    beside = tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside)
+    taken = dict(enumerate(sizes.values(), start=count))
+    return replace(grid, more=more, heavier=heavier, misread=misread, taken=taken, beside=beside)
 
 
 @dataclass(frozen=True)

@@ -340,7 +340,9 @@ class Response:
         one = Rows(run, self._mean)
         fit = self._of_all if left_out is None else self._left_out[left_out]
         left, signature = self._remainder(one, fit)
-        return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
+        # a sound run has not the directions of changes that were asked of others
+        own = changed[: signature.shape[1]]
+        return one.rows, left, left - np.einsum("kdc,d->kc", signature, own)
 
     def next_of(
         self, left_out: int | None, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray

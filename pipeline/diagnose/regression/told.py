@@ -1,5 +1,6 @@
 """What a run says of the directions in which a vehicle may differ from what was learned of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,13 @@ class Told:
             share[:, None, None] * self.by_channel,
             share[:, None] * self.score_by_channel,
             self.thrust,
+        )
+
+    def at(self, places: Sequence[int]) -> "Told":
+        """Keep some directions, or have them more than once."""
+        own = list(places)
+        return Told(
+            self.by_channel[:, own][:, :, own], self.score_by_channel[:, own], self.thrust[own]
         )
 
     def of_channel(self, channel: int) -> "Told":

@@ -333,13 +333,14 @@ def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], flo
     Half of the probability goes to each part alike, half to each effect, whose targets share it.
     Of several parameters one alone has half, two the other half.
     """
-    found: dict[tuple[str, str | None], list[int]] = {}
+    found: dict[tuple[str, str | None], dict[str, int]] = {}
     for k, one in enumerate(directions):
         if not one.effect.unstated:
-            found.setdefault((one.effect.id, one.target), []).append(k)
+            # the last of a name is taken at the size of a change
+            found.setdefault((one.effect.id, one.target), {})[one.parameter.name] = k
     targets = Counter(effect for effect, _ in found)
     return [
-        (tuple(members), 0.5 / len(found) + 0.5 / (len(targets) * targets[effect]))
+        (tuple(members.values()), 0.5 / len(found) + 0.5 / (len(targets) * targets[effect]))
         for (effect, _), members in found.items()
     ]
 

@@ -1,0 +1,137 @@
+"""At which size a change is taken that is not in proportion to it: a dead zone, a lag, a tilt.
+
+The signature is the secant to the size at which it is taken, and says how much of it there is. That
+is no way to the right one: of a lag of a second each shorter one finds nine tenths of itself. It is
+the size with which, as it is taken, the runs become most probable, on all grids alike. Such a
+change stands beside the same direction as it differs between any two runs, which is small.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.directions import NEVER
+from pipeline.diagnose.regression.gained import Gained
+from pipeline.diagnose.regression.grid import GridRun, beside_taken
+from pipeline.diagnose.regression.known import Learned, Reference
+from pipeline.diagnose.regression.ordinary import beyond_ordinary
+from pipeline.diagnose.regression.weigh import weighed
+
+#: Single changes that are taken at their sizes, in so many rounds, but for small ones (in units).
+_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.1
+#: Steps in which a size is sought, coarse and fine, and the log evidence that one must be worth.
+_STEPS, _WORTH = (2.0, 2.0**0.5), 1.0
+#: Share by which what is found at twice the size may differ of a change in proportion to it.
+_BENT = 0.05
+
+#: Runs on all grids of each.
+Asked = Sequence[Sequence[GridRun]]
+
+
+def with_sizes(
+    known: Reference, asked: Asked, gained: Sequence[Gained]
+) -> tuple[Reference, dict[int, float]]:
+    """Take the likeliest single changes at their sizes.
+
+    Returns
+    -------
+    known : Reference
+        With these changes as directions of their own, behind all others.
+    sizes : dict
+        Their sizes (in units), by the direction that each is of; see `all_at`.
+    """
+    taken: dict[int, float] = {}
+    for _ in range(_ROUNDS):
+        learned = _beside(known.best, taken)
+        every = (*known.directions, *(known.directions[k] for k in taken))
+        own = [all_at(grids[:1], known.directions, taken)[0] for grids in asked]
+        ranking = weighed(learned.told(own), every, learned.ordinary, gained, learned.sound)
+        singles = [one for one in ranking if one.which and "+" not in one.name]
+        new = {
+            k: (held, one.runs)
+            for one in singles[_LIKELIEST - 1 :: -1]
+            for k, size in zip(one.which, one.mean.tolist(), strict=True)
+            if abs(held := min(max(size, every[k].bounds[0]), every[k].bounds[1])) > _LEAST_SIZE
+            and k < len(known.directions)
+        }
+        for k, (size, carrying) in new.items():
+            found = _most_probable(known, [asked[run] for run in carrying], k, size)
+            if found is not None:
+                taken[k] = found
+    grids = tuple(_beside(one, taken) for one in known.grids)
+    every = (*known.directions, *(known.directions[k] for k in taken))
+    stated = np.concatenate([known.stated, known.stated[list(taken)]])
+    return replace(known, directions=every, grids=grids, stated=stated), taken
+
+
+def all_at(
+    runs: Sequence[GridRun], directions: Sequence[Coordinate], sizes: Mapping[int, float]
+) -> list[GridRun]:
+    """Add changes at their sizes to runs."""
+    return [beside_taken(run, directions, sizes) for run in runs] if sizes else list(runs)
+
+
+def _beside(learned: Learned, taken: Mapping[int, float]) -> Learned:
+    """Add directions of changes that never are ordinary, nor what sound runs are off by."""
+    if not taken:
+        return learned
+    offset, ordinary = learned.offset, learned.ordinary
+    count, more = ordinary.width.size, len(taken)
+    places = [*range(count), *taken]
+    none = np.zeros((len(offset.share), more))
+    covariance = np.zeros((len(offset.share), count + more, count + more))
+    covariance[:, :count, :count] = offset.covariance
+    return replace(
+        learned,
+        offset=replace(
+            offset,
+            variance=np.hstack([offset.variance, none]),
+            mean=np.hstack([offset.mean, none]),
+            covariance=covariance,
+        ),
+        ordinary=replace(ordinary, width=np.concatenate([ordinary.width, np.full(more, NEVER)])),
+        sound=tuple(one.at(places) for one in learned.sound),
+    )
+
+
+def _most_probable(known: Reference, asked: Asked, k: int, size: float) -> float | None:
+    """Seek the size of a direction from one that was found, up and down, then finely.
+
+    None for a change in proportion to its size.
+    """
+    low, high = known.directions[k].bounds
+
+    def told(place: int, tried: float) -> tuple[float, float]:
+        """Information and score of the direction on one grid."""
+        learned = _beside(known.grids[place], {k: tried})
+        runs = [beside_taken(grids[place], known.directions, {k: tried}) for grids in asked]
+        both = [
+            beyond_ordinary(one.tempered(learned.ordinary.share), learned.ordinary.width)
+            for one in learned.told(runs)
+        ]
+        return sum(float(one[-1, -1]) for one, _ in both), sum(float(one[-1]) for _, one in both)
+
+    def evidence(tried: float) -> float:
+        both = [told(place, tried) for place in range(len(known.grids))]
+        return float(np.mean([score * tried - 0.5 * own * tried**2 for own, score in both]))
+
+    found = [score / max(own, 1e-12) for own, score in (told(0, n * size) for n in (0.5, 1.0))]
+    if abs(found[1] - found[0]) <= _BENT * abs(found[0]):
+        return None
+    best, value = size, evidence(size)
+    for step in _STEPS:
+        for factor in (step, 1.0 / step):
+            moved = False
+            while True:
+                tried = min(max(best * factor, low), high)
+                if tried == best or abs(tried) < _LEAST_SIZE:
+                    break
+                more = evidence(tried)
+                if more < value + _WORTH:
+                    break
+                best, value, moved = tried, more, True
+            if moved:
+                break
+    return best

@@ -1,0 +1,36 @@
+"""A change that is not in proportion to its size is taken at the one with which runs are likely."""
+
+from dataclasses import replace
+
+import pytest
+from diagnosis_cases import small_case
+
+from pipeline.diagnose.regression.grid import on_grids
+from pipeline.diagnose.regression.held_out import FileModel
+from pipeline.diagnose.regression.known import learned
+from pipeline.diagnose.regression.taken import all_at, with_sizes
+
+LAG_S = 0.9
+EFFECTS = ("thruster_lag", "thruster_degraded", "quadratic_damping")
+
+
+def test_a_long_lag_is_taken_as_one_though_a_short_one_finds_itself() -> None:
+    sound = small_case(manoeuvres=("prbs", "surge_steps", "zig_zag"), seconds=24.0, effects=EFFECTS)
+    asked = small_case((f"thruster_lag:lag_s={LAG_S}",), seconds=24.0, effects=EFFECTS)
+    case = replace(asked, healthy=sound.runs)
+    known = learned(case, {"vehicle file": FileModel(case.packed)})
+    periods = [one.response.period_s for one in known.grids]
+    grids = [
+        on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
+        for run in case.runs
+    ]
+    more, sizes = with_sizes(known, grids, ())
+    at = {
+        known.directions[k].name: known.directions[k].unit_size * size for k, size in sizes.items()
+    }
+    assert at["thruster_lag:lag_s"] == pytest.approx(LAG_S, rel=0.35)
+    runs = all_at(grids[0], known.directions, sizes)
+    assert runs[0].more.shape[1] == len(more.directions) == len(known.directions) + len(sizes)
+    told = more.best.told(runs[:1])[0]
+    assert told.information.shape == 2 * (len(more.directions),)
+    assert more.best.ordinary.width[-1] < 0.01
