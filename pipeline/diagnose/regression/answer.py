@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
-from pipeline.diagnose.regression.disturbance import block_ratios, log_odds, powers
+from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, on_grids
 from pipeline.diagnose.regression.known import Learned, Reference
@@ -174,39 +174,26 @@ def _beside_disturbance(
 
     It is looked for in what is left when a run differs by what is ordinary, too.
     """
-    response, none = learned.response, np.zeros(learned.ordinary.width.size)
+    response = learned.response
 
-    def left(
-        run: GridRun, changed: FloatArray, own: FloatArray, out: int | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Filter what a change and what is ordinary leave, and what the change is."""
-        _, before, after = response.after(run, changed, left_out=out)
-        _, _, less = response.after(run, changed + own, left_out=out)
-        return response.filtered(less), response.filtered(before - after)
+    def ratios(left: FloatArray) -> FloatArray:
+        return block_ratios(response.filtered(left), response.period_s)
 
     sound = [
-        left(run, none, learned.ordinary.of(own, 0.0), k)[0]
+        ratios(response.after(run, learned.ordinary.of(own, 0.0), left_out=k)[2])
         for k, (run, own) in enumerate(zip(response.runs, learned.sound, strict=True))
     ]
-    most = np.max([np.mean(np.square(one), axis=0) for one in sound], axis=0)
-    most = np.maximum(most, 1e-24)
-    blocks = [block_ratios(one, response.period_s) for one in sound]
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = none.copy()
+        changed = np.zeros(learned.ordinary.width.size)
         changed[list(one.which)] = one.mean
-        asked, explained = [], []
+        asked = []
         for k, (run, own) in enumerate(zip(runs, told, strict=True)):
-            change = changed if k in one.runs else none
-            rest, by_change = left(run, change, learned.ordinary.of(own, change))
-            asked.append(rest)
-            explained.append(by_change)
-        slow = log_odds(blocks, [block_ratios(own, response.period_s) for own in asked])
-        strong = log_odds(powers(sound, None, most), powers(asked, explained, most), of_power=True)
-        # such a force shows in how it comes and goes, or in how strong it is
-        odds[one.name] = float(np.logaddexp(slow, strong) - np.log(2.0))
+            change = changed if k in one.runs else np.zeros_like(changed)
+            asked.append(ratios(response.after(run, change + learned.ordinary.of(own, change))[2]))
+        odds[one.name] = log_odds(sound, asked)
     return with_disturbance(ranking, odds)
 
 
