@@ -106,7 +106,7 @@ def against_sound(
         ranking=rows,
         shrink=shrink,
         confusable=_confusable(found.told, ranking, known),
-        next_run=next_run(case, known, ranking, said),
+        next_run=next_run(case, known, ranking, said, found.sizes),
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
         series=series,

@@ -1,6 +1,6 @@
 """The manoeuvre that would tell two answers apart best, against sound runs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from pipeline.diagnose.regression.decide import Said, effects_of
 from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
+from pipeline.diagnose.regression.taken import all_at
 from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, Change
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import NextRun
@@ -22,7 +23,13 @@ from pipeline.vehicle.sensor_schema import Sensors
 _SECONDS = 30.0
 
 
-def next_run(case: Case, known: Reference, ranking: Sequence[Change], said: Said) -> NextRun | None:
+def next_run(
+    case: Case,
+    known: Reference,
+    ranking: Sequence[Change],
+    said: Said,
+    sizes: Mapping[int, float],
+) -> NextRun | None:
     """Best of the manoeuvres that the vehicle can fly, by the expected separation.
 
     The vehicle of the file flies each. The separation is that of the two predictions against the
@@ -39,6 +46,8 @@ def next_run(case: Case, known: Reference, ranking: Sequence[Change], said: Said
         All hypotheses, the most probable first.
     said : Said
         What is said of them.
+    sizes : mapping
+        Those at which the last directions are taken; see `taken.with_sizes`.
     """
     told = [*said.names, *said.ambiguous]
     named = [one for one in ranking if one.which and set(effects_of(one.name)) <= set(told)]
@@ -58,7 +67,7 @@ def next_run(case: Case, known: Reference, ranking: Sequence[Change], said: Said
         try:
             found.append(
                 (
-                    _separation(case, known, manoeuvre, case.vehicle.sensors, direction, taken),
+                    _separation(case, known, manoeuvre, sizes, direction, taken),
                     manoeuvre.name,
                 )
             )
@@ -76,15 +85,18 @@ def _separation(  # noqa: PLR0917 - one caller
     case: Case,
     known: Reference,
     manoeuvre: Manoeuvre,
-    sensors: Sensors,
+    sizes: Mapping[int, float],
     direction: FloatArray,
     taken: Sequence[int],
 ) -> float:
     """Norm of what is left of a signature once the other answer's are taken off."""
-    learned = known.best
+    learned, sensors = known.best, case.vehicle.sensors or Sensors()
+    stated = known.directions[: len(known.directions) - len(sizes)]
     flown = fly(case.packed, manoeuvre.plan(case.packed, 1.0, _SECONDS))
     run = table_of_log(measure(flown, case.packed, sensors), sensors, name=manoeuvre.name)
-    (grid,) = on_grids(case.packed, run, sensors, known.directions, [learned.response.period_s])
+    (grid,) = all_at(
+        on_grids(case.packed, run, sensors, stated, [learned.response.period_s]), stated, sizes
+    )
     if grid.channels != learned.response.channels:
         raise CannotComputeError(f"{manoeuvre.name}: other channels than the sound runs'")
     told = learned.response.would_tell(grid).tempered(learned.ordinary.share)

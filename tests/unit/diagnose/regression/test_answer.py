@@ -72,10 +72,10 @@ def test_the_next_run_separates_what_is_alike(
     ]
     ranking = weighed(learned_on.told(asked), known.directions, learned_on.ordinary)
     first = ranking[0]
-    from_none = next_run(case, known, ranking, Said(first, (WEAK,), (NONE,)))
-    beside = next_run(case, known, ranking, Said(first, (WEAK,), ("quadratic_damping",)))
+    from_none = next_run(case, known, ranking, Said(first, (WEAK,), (NONE,)), {})
+    beside = next_run(case, known, ranking, Said(first, (WEAK,), ("quadratic_damping",)), {})
     assert from_none is not None
     assert beside is not None
     assert from_none.separates == (WEAK, NONE)
     assert from_none.expected_separation_sigma >= beside.expected_separation_sigma > 0.0
-    assert next_run(case, known, ranking, Said(first, (WEAK,), ())) is None
+    assert next_run(case, known, ranking, Said(first, (WEAK,), ()), {}) is None
