@@ -47,6 +47,13 @@ class MeasuredLine(Record):
         )
 
     @property
+    def named(self) -> bool:
+        """Whether effect and thruster are named, perhaps beside what nothing explains."""
+        truth, verdict = set(self.score.truth), set(self.score.verdict)
+        there = truth <= verdict <= {*truth, "unknown"}
+        return there and self.score.probability >= 0.5 and self.told_thruster == self.thruster
+
+    @property
     def in_set(self) -> bool:
         """Whether the answer holds the effect, first or beside it."""
         alone = len(self.score.verdict) == 1 and not self.score.ambiguous_with
@@ -57,7 +64,8 @@ class MeasuredLine(Record):
     def surely_wrong(self) -> bool:
         """Whether another effect, another thruster, or too many are named without a doubt."""
         sure = not self.score.abstained and self.score.verdict != ("unknown",)
-        return sure and (self.score.confidently_wrong or not self.in_set)
+        wrong = self.score.confidently_wrong or not self.in_set
+        return sure and wrong and not self.named
 
     @property
     def sure_effect(self) -> bool:
@@ -95,7 +103,7 @@ def score_measured(lines: Sequence[MeasuredLine]) -> Score:
         ("a sure effect", as_flown, (one.sure_effect for one in calm), calm_goal),
         ("95 % intervals cover the size", "right answers", covered, between(0.90, 0.98)),
         (answered, "all cases", (not one.score.refused for one in lines), whole),
-        ("named", "a thruster commanded and without effect", (one.first for one in dead), whole),
+        ("named", "a thruster commanded and without effect", (one.named for one in dead), whole),
     )
     return Score(
         cases=len(lines),

@@ -181,7 +181,13 @@ def _run_by_run(
 def _against_sound(case: Case, known: Reference, began: float) -> Diagnosis:
     """Diagnose against the vehicle as its sound runs show it."""
     gains = _gains(case)
-    record, specs = against_sound(case, known, gained_of(gains, [run.name for run in case.runs]))
+    dead = gained_of(gains, [run.name for run in case.runs])
+    record, specs = against_sound(case, known, dead)
+    if record.verdict.effects == (UNKNOWN,):
+        # what the test of one thruster shows stands beside what nothing explains
+        for one in dead:
+            record, more = with_dead_thruster(record, one)
+            specs = more or specs
     update = {"gains": told_gains(gains), "elapsed_s": time.monotonic() - began}
     return Diagnosis(record.model_copy(update=update), specs)
 
