@@ -158,7 +158,10 @@ def _finding(runs: Sequence[str], record: DiagnosisRecord, by: str) -> DayFindin
 
 
 def _shown(record: DiagnosisRecord) -> dict[str, object]:
-    """Return the readings in which it is to be seen best: the channel that is off most."""
+    """Return the readings in which it is to be seen best: the channel that is off most.
+
+    Of the runs those first that carry the verdict.
+    """
     there = {one.channel for one in record.series}
 
     def size(figures: ShrinkFigures) -> float:
@@ -168,8 +171,9 @@ def _shown(record: DiagnosisRecord) -> dict[str, object]:
     if not able:
         return {}
     worst = max(able, key=lambda name: able[name])
+    shown = [one for one in record.series if one.channel == worst]
     return {
-        "shown": tuple(one for one in record.series if one.channel == worst),
+        "shown": tuple(sorted(shown, key=lambda one: one.run not in record.verdict.runs)),
         "shown_floor": record.shrink.channels[worst].noise_floor,
     }
 

@@ -67,3 +67,13 @@ def test_what_may_be_nothing_is_sound_beside_sound_runs_that_rule_out_the_rest()
 def test_no_run_is_no_finding() -> None:
     assert day_findings({}) == ()
     assert not agree({})
+
+
+def test_the_run_that_carries_a_fault_is_shown_first() -> None:
+    base = diagnosis_records.diagnosis(channels=("u",), windows=1)
+    (first, *_) = base.series
+    series = tuple(first.model_copy(update={"run": name}) for name in ("straight", "zig-zag"))
+    verdict = base.verdict.model_copy(update={"runs": ("zig-zag",)})
+    record = base.model_copy(update={"series": series, "verdict": verdict})
+    (found,) = day_findings({"all": record}, record)[:1]
+    assert [one.run for one in found.shown] == ["zig-zag", "straight"]
