@@ -48,12 +48,11 @@ class GridRun:
     mean wrench of the thrusters over the period that ends at a row. For each direction `more`
     (m, d, 6) is the mean wrench of a unit of it but for what goes with the acceleration, and
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
-    NED. `beside` are what a logged voltage and the
-    measured place say of them, information (d, d) and score (d,) of each. `course`
-    (m, v) are the velocities as accelerations tell their course, with less noise, where they do.
-    `taken` are the sizes at which wrenches of directions were taken that are likely; `misread`
-    (d, 3, 9) is what a unit of each direction changes in readings of the velocity, see `misread`;
-    `claimed` is what they are taken from.
+    NED. `beside` are what a logged voltage and the measured place say of them, information (d, d)
+    and score (d,) of each. `course` (m, v) are the velocities as accelerations tell their course,
+    with less noise, where they do. `taken` are the sizes at which the last directions were taken;
+    `misread` (d, 3, 9) is what a unit of each direction changes in readings of the velocity, see
+    the module; `claimed` is what they are taken from.
     """
 
     name: str

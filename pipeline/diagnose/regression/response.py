@@ -276,11 +276,10 @@ class Response:
         own = np.flatnonzero(np.any(run.misread, axis=(1, 2)))
         if not own.size or self.channels != CHANNELS:
             return found
-        states = [run.velocity[rows - 2], one.now]
+        states, ahead = [run.velocity[rows - 2], one.now], []
         for later in (rows, np.minimum(rows + 1, len(run.velocity) - 1)):
-            following = self._next(fit, (states[-1], states[-2]), run, later)
-            following[:, 3:] = run.velocity[later, 3:]
-            states.append(following)
+            ahead.append(self._next(fit, (states[-1], states[-2]), run, later))
+            states.append(np.hstack([ahead[-1][:, :3], run.velocity[later, 3:]]))
         read = []
         for state, following in pairwise(states):
             rate = (following - state)[:, :3] / run.period_s
@@ -288,7 +287,6 @@ class Response:
             read.append(np.einsum("dij,kj->kdi", run.misread[own], both))
         # what it does to moments is small beside what is not known of them
         before, now, to_come = read
-        predicted = self._next(fit, (states[1], states[0]), run, rows)
         found[:, own, :3] = to_come
         for c in range(3):
             more = np.zeros(len(self.channels))
@@ -297,7 +295,7 @@ class Response:
                 (now, (states[1] + more, states[0])),
                 (before, (states[1], states[0] + more)),
             ):
-                slope = (self._next(fit, at, run, rows) - predicted) / _SLIGHTLY
+                slope = (self._next(fit, at, run, rows) - ahead[0]) / _SLIGHTLY
                 found[:, own, :3] -= error[:, :, c, None] * slope[:, None, :3]
         return found
 
