@@ -5,8 +5,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import BAG_FILE
 from pipeline.plan import POOL, RAW_KINDS, is_data, is_raw, printable
+from pipeline.vehicle.run_notes import BAG_FILE
 
 _MOST_LOOKED_AT = 10_000
 

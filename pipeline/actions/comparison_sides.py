@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.bundled.vehicles import bundled_vehicles
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError, InputError
-from pipeline.ingest.log_names import BAG_FILE, LOG_SUFFIXES, logs_of, run_of
+from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
@@ -25,7 +25,7 @@ from pipeline.records.measurements import MooringPoint
 from pipeline.records.run_notes import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.load import load_vehicle
-from pipeline.vehicle.run_notes import notes_file, read_run_notes
+from pipeline.vehicle.run_notes import BAG_FILE, notes_file, read_run_notes, run_of
 from pipeline.vehicle.schema import Vehicle
 
 _DAY = re.compile(r"\d{4}-\d\d-\d\d")

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.export.mcap_log import write_run_log
 from pipeline.identify.pool_plan import MARGIN, WANTED, ChosenRuns, PlanCandidate, plan_pool_day
-from pipeline.ingest.log_names import logs_of, run_of
+from pipeline.ingest.log_names import logs_of
 from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import POOL, report_file
@@ -20,6 +20,7 @@ from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
 from pipeline.report.html import address_from
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.context import model_of
+from pipeline.vehicle.run_notes import run_of
 
 RESULT, PAGE = "plan.json", "plan.html"
 _NORMAL_95 = 1.96

@@ -19,7 +19,7 @@ from pipeline.check.pool_runs import (
 from pipeline.check.thruster_gains import gains_of_checked
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ignored_files import ignored_file_problems
-from pipeline.ingest.log_names import BAG_FILE, is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
 from pipeline.plan import (
     POOL,
     RAW_KINDS,
@@ -34,6 +34,7 @@ from pipeline.plan import (
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.frames import frame_shown
 from pipeline.vehicle.load import load_vehicle, vehicle_notes
+from pipeline.vehicle.run_notes import BAG_FILE
 from pipeline.vehicle.schema import Vehicle
 
 _KINDS = (*RAW_KINDS, POOL)

@@ -7,7 +7,6 @@ from pathlib import Path
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
 from pipeline.ingest.log_names import (
-    BAG_FILE,
     bags_in,
     is_log_anywhere,
     is_log_name,
@@ -16,7 +15,7 @@ from pipeline.ingest.log_names import (
 )
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, is_raw
 from pipeline.records.run_table import RunTable
-from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
+from pipeline.vehicle.run_notes import BAG_FILE, NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 
 

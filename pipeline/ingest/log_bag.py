@@ -139,6 +139,11 @@ class Ros1Bag(BagFile):
                 self._damaged(error)
 
 
+def read_only(path: Path) -> sqlite3.Connection:
+    """Open a database without a journal or a lock beside a raw file."""
+    return sqlite3.connect(f"file:{quote(str(path))}?mode=ro&immutable=1", uri=True)
+
+
 class Ros2Database(BagFile):
     """A bag of ROS 2 in SQLite; it is opened for reading alone, and nothing is left beside it."""
 
@@ -153,7 +158,7 @@ class Ros2Database(BagFile):
                 f'elsewhere and run sqlite3 {self.path.name} "PRAGMA wal_checkpoint" there.'
             )
         try:
-            with closing(self._open()) as database:
+            with closing(read_only(self.path)) as database:
                 definitions = self._definitions(database)
                 counts = dict(
                     database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id")
@@ -165,10 +170,6 @@ class Ros2Database(BagFile):
                     self.directory.counts[number] = counts.get(number, 0)
         except (sqlite3.Error, TypeError, ValueError) as error:
             raise self._unreadable(error) from None
-
-    def _open(self) -> sqlite3.Connection:
-        # immutable: no journal and no lock beside a raw file
-        return sqlite3.connect(f"file:{quote(str(self.path))}?mode=ro&immutable=1", uri=True)
 
     @staticmethod
     def _definitions(database: sqlite3.Connection) -> dict[str, str]:
@@ -187,7 +188,7 @@ class Ros2Database(BagFile):
     def _rows(self, wanted: frozenset[int]) -> Iterator[_Row]:
         listed = ",".join(str(number) for number in sorted(wanted))
         try:
-            with closing(self._open()) as database:
+            with closing(read_only(self.path)) as database:
                 for number, time_ns, data in database.execute(
                     "SELECT topic_id, timestamp, data FROM messages "  # noqa: S608 - whole numbers
                     f"WHERE topic_id IN ({listed}) ORDER BY id"
@@ -325,8 +326,5 @@ def _parts_named(path: Path, place: Place) -> list[str]:
 
 
 def start_of_bag(path: Path) -> int:
-    """Return the time of the first message [ns since 1970] as the metadata has it; 0 for none."""
-    try:
-        return int(_information(path)["starting_time"]["nanoseconds_since_epoch"])
-    except (ValueError, OSError, KeyError, TypeError):
-        return 0
+    """Return the time of the first message [ns since 1970] as the metadata has it."""
+    return int(_information(path)["starting_time"]["nanoseconds_since_epoch"])

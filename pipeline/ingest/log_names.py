@@ -6,21 +6,6 @@ from pathlib import Path, PurePath
 from pipeline.errors import Place, Problem
 from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
-__all__ = [
-    "BAG_FILE",
-    "LOG_SUFFIXES",
-    "TABLE_SUFFIXES",
-    "bags_in",
-    "is_log_anywhere",
-    "is_log_name",
-    "log_among_bench_files",
-    "log_beside",
-    "logs_of",
-    "not_a_log",
-    "parts_of",
-    "run_of",
-    "unprintable_log",
-]
 #: Endings of logs that are nothing else: MCAP, bags of ROS 1 and 2, ArduPilot, PX4, tables.
 LOG_SUFFIXES = (".mcap", ".bag", ".db3", ".bin", ".tlog", ".ulg", ".parquet")
 #: And of tables, which are runs where they lie among runs, in ``pool/``.

@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.data_files import data_of
-from pipeline.ingest.log_names import BAG_FILE
 from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_directory import Directory, LogFaults
 from pipeline.ingest.message_definitions import Path as FieldPath
@@ -24,6 +23,7 @@ from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_topics import topics_of
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.types import IntArray
+from pipeline.vehicle.run_notes import BAG_FILE
 
 
 @dataclass

@@ -7,6 +7,7 @@ the time: seconds (or another unit) since the start or since 1970, or dates of I
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -52,18 +53,15 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     size = path.stat().st_size
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
     facts.problems += said
-    facts.usual = tuple(_usual(units, columns, facts))
+    facts.usual = tuple(_Names(units, columns, facts).channels())
     return TableLog({TABLE: TopicTable(time_ns, columns)}, facts)
 
 
 def first_time_ns(path: Path) -> int:
-    """Return the time of the first row [ns since 1970]; 0 where there is none."""
-    try:
-        place = Place(path.name)
-        heads, numbers, index = _columns(path, place, rows=3)
-        return int(times_of(numbers, heads, index, place)[0][0])
-    except (InputError, OSError, IndexError, ValueError):
-        return 0
+    """Return the time of the first row [ns since 1970]; raises where there is none."""
+    place = Place(path.name)
+    heads, numbers, index = _columns(path, place, rows=3)
+    return int(times_of(numbers, heads, index, place)[0][0])
 
 
 def _columns(
@@ -190,91 +188,92 @@ def _field(name: str) -> str:
     return plain if plain[:1].isalpha() else f"c_{plain}"
 
 
-def _usual(
-    units: dict[str, str], columns: dict[str, Any], facts: LogFacts
-) -> Iterator[PoolChannel]:
-    """Yield the channels that the names of columns tell, and say whose unit is not known.
+@dataclass(frozen=True)
+class _Names:
+    """What the names of columns tell.
 
     Units that stand at the end of a name are put into `units`; what cannot be read is taken out of
     the `columns`.
     """
-    used: set[str] = set()
-    for quantity, choices in data_of("topics")["columns"].items():
-        for names in choices:
-            fields = [_with_unit(name, quantity, units) for name in names]
-            if all(fields):
-                order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
-                used |= {*fields}
-                yield from _channel(quantity, fields, units, columns, facts, **order)
-                break
-    for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
-        begin = "|".join(begins)  # the longer ones stand first
-        of: dict[str, str] = {}
-        for match in filter(None, (re.fullmatch(rf"({begin})_(.+)", field) for field in units)):
-            first = of.setdefault(match[2], match[0])
-            if first != match[0]:
-                both = f'columns "{first}" and "{match[0]}"'
-                what = f"{both} may both be {quantity}: the first is taken."
-                facts.problems.append(facts.place.warning(what, remedy="Rename the other."))
-            units[first] = units[first] or begins[match[1]]
-        used |= {*of.values()}
-        by_number = {int(found[1]): field for name, field in of.items()
-                     if (found := re.fullmatch(r"[a-z_]*?(\d+)", name))}  # fmt: skip
-        if of and len(by_number) == len(of):
-            in_order = [by_number[number] for number in sorted(by_number)]
-            yield from _channel(quantity, in_order, units, columns, facts)
-            continue
-        for thruster, field in of.items():
-            yield from _channel(quantity, [field], units, columns, facts, thrusters=(thruster,))
-    if rest := [field for field in units if field not in used]:
-        shown = f"{', '.join(rest[:12])}{', ...' if len(rest) > 12 else ''}"
-        facts.problems.append(
-            facts.place.note(f"columns whose names tell no quantity: {shown}; they were not read.")
-        )
 
+    units: dict[str, str]
+    columns: dict[str, Any]
+    facts: LogFacts
 
-def _with_unit(name: str, quantity: str, units: dict[str, str]) -> str:
-    """Return the column of a name, which may have a unit of the quantity at its end; or nothing."""
-    if name in units:
-        return name
-    for field, unit in units.items():
-        end = field.removeprefix(f"{name}_")
-        spelled = (end, re.sub(r"p(?=s|h)", "/", end), end[:-1] + end[-1:].upper())
-        at_end = {known_unit(one) for one in spelled} & {*UNITS[quantity]}
-        if end != field and at_end:
-            units[field] = unit or at_end.pop()
-            return field
-    return ""
+    def channels(self) -> Iterator[PoolChannel]:
+        """Yield the channels that the names tell, and say whose unit is not known."""
+        used: set[str] = set()
+        for quantity, choices in data_of("topics")["columns"].items():
+            for names in choices:
+                fields = [self._with_unit(name, quantity) for name in names]
+                if all(fields):
+                    order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
+                    used |= {*fields}
+                    yield from self._channel(quantity, fields, **order)
+                    break
+        for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
+            begin = "|".join(begins)  # the longer ones stand first
+            of: dict[str, str] = {}
+            for match in filter(
+                None, (re.fullmatch(rf"({begin})_(.+)", one) for one in self.units)
+            ):
+                first = of.setdefault(match[2], match[0])
+                if first != match[0]:
+                    both = f'columns "{first}" and "{match[0]}"'
+                    what = f"{both} may both be {quantity}: the first is taken."
+                    self._warn(what, remedy="Rename the other.")
+                self.units[first] = self.units[first] or begins[match[1]]
+            used |= {*of.values()}
+            by_number = {int(found[1]): field for name, field in of.items()
+                         if (found := re.fullmatch(r"[a-z_]*?(\d+)", name))}  # fmt: skip
+            if of and len(by_number) == len(of):
+                in_order = [by_number[number] for number in sorted(by_number)]
+                yield from self._channel(quantity, in_order)
+                continue
+            for thruster, field in of.items():
+                yield from self._channel(quantity, [field], thrusters=(thruster,))
+        if rest := [field for field in self.units if field not in used]:
+            shown = f"{', '.join(rest[:12])}{', ...' if len(rest) > 12 else ''}"
+            what = f"columns whose names tell no quantity: {shown}; they were not read."
+            self.facts.problems.append(self.facts.place.note(what))
 
+    def _warn(self, what: str, expected: str = "", remedy: str = "") -> None:
+        self.facts.problems.append(self.facts.place.warning(what, expected, remedy))
 
-def _channel(
-    quantity: str,
-    fields: Sequence[str],
-    units: dict[str, str],
-    columns: dict[str, Any],
-    facts: LogFacts,
-    **more: Any,  # noqa: ANN401
-) -> Iterator[PoolChannel]:
-    """Yield a channel; none where its unit is not one of the quantity."""
-    unit = units[fields[0]]
-    if len({units[field] for field in fields}) > 1:
-        what = f"columns {', '.join(fields)} have different units; {quantity} was not read."
-        facts.problems.append(facts.place.warning(what, remedy="Write them in one unit."))
-        _take_out(columns, fields)
-        return
-    # a depth in bar is a pressure
-    alike = [one for one in same_quantities(quantity) if not unit or unit in UNITS[one]]
-    if not alike:
-        what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'
-        known = f"one of {', '.join(UNITS[quantity])}."
-        facts.problems.append(facts.place.warning(what, known, "Correct the head of the column."))
-        _take_out(columns, fields)
-        return
-    stated: dict[str, Any] = {"topic": TABLE, "field": tuple(fields), **more}
-    stated["quantity"] = quantity if quantity in alike else alike[0]
-    yield PoolChannel.model_validate(stated | ({"unit": unit} if unit else {}))
+    def _with_unit(self, name: str, quantity: str) -> str:
+        """Return the column of a name, which may have a unit at its end; or nothing."""
+        if name in self.units:
+            return name
+        for field, unit in self.units.items():
+            end = field.removeprefix(f"{name}_")
+            spelled = (end, re.sub(r"p(?=s|h)", "/", end), end[:-1] + end[-1:].upper())
+            at_end = {known_unit(one) for one in spelled} & {*UNITS[quantity]}
+            if end != field and at_end:
+                self.units[field] = unit or at_end.pop()
+                return field
+        return ""
 
-
-def _take_out(columns: dict[str, Any], fields: Sequence[str]) -> None:
-    for field in fields:
-        columns.pop(field, None)
+    def _channel(
+        self,
+        quantity: str,
+        fields: Sequence[str],
+        **more: Any,  # noqa: ANN401
+    ) -> Iterator[PoolChannel]:
+        """Yield a channel; none where its unit is not one of the quantity."""
+        unit = self.units[fields[0]]
+        # a depth in bar is a pressure
+        alike = [one for one in same_quantities(quantity) if not unit or unit in UNITS[one]]
+        if len({self.units[field] for field in fields}) > 1:
+            what = f"columns {', '.join(fields)} have different units; {quantity} was not read."
+            self._warn(what, remedy="Write them in one unit.")
+        elif not alike:
+            what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'
+            known = f"one of {', '.join(UNITS[quantity])}."
+            self._warn(what, known, "Correct the head of the column.")
+        else:
+            stated: dict[str, Any] = {"topic": TABLE, "field": tuple(fields), **more}
+            stated["quantity"] = quantity if quantity in alike else alike[0]
+            yield PoolChannel.model_validate(stated | ({"unit": unit} if unit else {}))
+            return
+        for field in fields:
+            self.columns.pop(field, None)

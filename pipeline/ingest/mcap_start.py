@@ -2,16 +2,14 @@
 
 import contextlib
 import re
-import sqlite3
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
-from urllib.parse import quote
 
 from pipeline.ingest import mcap_records as mcap
-from pipeline.ingest.log_names import BAG_FILE, run_of
 from pipeline.ingest.mcap_directory import Directory
+from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
@@ -35,13 +33,12 @@ def log_start_ns(path: Path) -> int | None:
 
     In nanoseconds since 1970. The file may be cut off, or something else altogether.
     """
-    ending = path.suffix.lower()
-    if path.name == BAG_FILE:
-        from pipeline.ingest.log_bag import start_of_bag
-
-        return start_of_bag(path)
+    ending = BAG_FILE if path.name == BAG_FILE else path.suffix.lower()
     if ending in _FIRST_TIME:
-        return _FIRST_TIME[ending](path)
+        try:
+            return _FIRST_TIME[ending](path)
+        except Exception:  # noqa: BLE001 - what is no log, or cannot be read, has no time
+            return 0
     times = _first_times(path)
     if not times or times[0] >= mcap.SET_NS:
         return times[0] if times else None
@@ -54,31 +51,29 @@ def log_start_ns(path: Path) -> int | None:
     return next((time for time in times if mcap.SET_NS <= time < mcap.LATEST_NS), times[0])
 
 
+def _of_bag_folder(path: Path) -> int:
+    from pipeline.ingest.log_bag import start_of_bag
+
+    return start_of_bag(path)
+
+
 def _of_tlog(path: Path) -> int:
-    try:
-        with path.open("rb") as file:
-            return int.from_bytes(file.read(8), "big") * 1000
-    except OSError:
-        return 0
+    with path.open("rb") as file:
+        return int.from_bytes(file.read(8), "big") * 1000
 
 
 def _of_bag(path: Path) -> int:
     from rosbags.rosbag1 import Reader
 
-    try:
-        with Reader(path) as reader:
-            return int(reader.start_time)
-    except Exception:  # noqa: BLE001 - what is no bag has no time
-        return 0
+    with Reader(path) as reader:
+        return int(reader.start_time)
 
 
 def _of_db3(path: Path) -> int:
-    try:
-        address = f"file:{quote(str(path))}?mode=ro&immutable=1"
-        with closing(sqlite3.connect(address, uri=True)) as database:
-            return int(database.execute("SELECT MIN(timestamp) FROM messages").fetchone()[0] or 0)
-    except (sqlite3.Error, TypeError, ValueError):
-        return 0
+    from pipeline.ingest.log_bag import read_only
+
+    with closing(read_only(path)) as database:
+        return int(database.execute("SELECT MIN(timestamp) FROM messages").fetchone()[0] or 0)
 
 
 def _of_table(path: Path) -> int:
@@ -87,8 +82,9 @@ def _of_table(path: Path) -> int:
     return first_time_ns(path)
 
 
-#: Ending of a log that is no MCAP -> its first time [ns since 1970], 0 where it has none.
+#: Ending (or name) of a log that is no MCAP -> its first time [ns since 1970], 0 where it has none.
 _FIRST_TIME: Mapping[str, Callable[[Path], int]] = {
+    BAG_FILE: _of_bag_folder,
     ".tlog": _of_tlog,
     ".bag": _of_bag,
     ".db3": _of_db3,
@@ -142,7 +138,7 @@ def _statistics(path: Path) -> mcap.StatisticsRecord | None:
 
 def is_closed(path: Path) -> bool:
     """Tell whether the file ends as a log does that its writer closed; of MCAP alone that shows."""
-    if path.suffix.lower() in _FIRST_TIME or path.name == BAG_FILE:
+    if path.suffix.lower() in _FIRST_TIME or path.name in _FIRST_TIME:
         return True
     try:
         with path.open("rb") as file:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.ingest.log_names import BAG_FILE, LOG_SUFFIXES, logs_of, run_of
+from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.inputs.known_of_run import with_known
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
@@ -18,7 +18,7 @@ from pipeline.provenance import file_digest
 from pipeline.records.identification import RunRead
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
-from pipeline.vehicle.run_notes import notes_file, read_run_notes
+from pipeline.vehicle.run_notes import BAG_FILE, notes_file, read_run_notes, run_of
 
 #: Rate of the tables that the fits work on. [Hz]
 RATE_HZ = 50.0

@@ -8,18 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import (
-    BAG_FILE,
-    bags_in,
-    is_log_name,
-    not_a_log,
-    parts_of,
-    run_of,
-    unprintable_log,
-)
+from pipeline.ingest.log_names import bags_in, is_log_name, not_a_log, parts_of, unprintable_log
 from pipeline.ingest.mcap_start import dates_in
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 from pipeline.stage_table import STAGES
+from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
 UNDATED = "undated"
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")

@@ -11,9 +11,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import BAG_FILE, bags_in, is_log_name, log_beside, parts_of
+from pipeline.ingest.log_names import bags_in, is_log_name, log_beside, parts_of
 from pipeline.ingest.mcap_start import is_closed
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
+from pipeline.vehicle.run_notes import BAG_FILE
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.pool_runs import file_names, result_file, run_name
 from pipeline.workflow.progress import Progress

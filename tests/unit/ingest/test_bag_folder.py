@@ -9,11 +9,12 @@ from pool_logs import rov
 from recorded_runs import Run, run, write_db3, write_mcap
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import logs_of, run_of
+from pipeline.ingest.log_names import logs_of
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.plan import VehicleFolder
 from pipeline.records.run_arrays import PoolRun
+from pipeline.vehicle.run_notes import run_of
 from pipeline.workflow.pool_runs import pool_logs
 
 ROV = rov(defaults=True)
