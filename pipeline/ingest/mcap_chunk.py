@@ -6,7 +6,7 @@ records are walked one by one.
 """
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,14 +62,16 @@ def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
             f"it is said to hold {head.uncompressed_size} bytes; "
             f"at most {mcap.MAX_CHUNK_BYTES} are read"
         )
-    if head.compression == "":
-        data = packed
-    elif head.compression == "zstd":
-        data = _unpack_zstd(packed, head.uncompressed_size, cut=cut)
-    elif head.compression == "lz4":
-        data = _unpack_lz4(packed, head.uncompressed_size, cut=cut)
-    else:
+    if head.compression not in ("", "zstd", "lz4"):
         raise BrokenChunkError(f'its compression "{head.compression}" is not known')
+    parts: list[bytes] = []
+    try:
+        for part in _parts(head.compression, packed, head.uncompressed_size + 1):
+            parts += [part]  # those before an error stay
+    except Exception as error:  # noqa: BLE001 - each library has its own
+        if not cut:
+            raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
+    data = b"".join(parts)
     if cut:
         return data
     if len(data) != head.uncompressed_size:
@@ -81,44 +83,30 @@ def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
     return data
 
 
-def _unpack_zstd(packed: bytes, size: int, *, cut: bool) -> bytes:
-    import zstandard
+def _parts(compression: str, packed: bytes, most: int) -> Iterator[bytes]:
+    """Decompress bytes piece by piece, to no more than `most`, whatever the frames announce."""
+    if not compression:
+        yield packed
+        return
+    if compression == "zstd":
+        import zstandard
 
-    parts: list[bytes] = []
-    try:
-        # a reader, because it never makes more than it is asked for, whatever the frame announces
         with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(
             packed, read_across_frames=True
         ) as reader:
-            left = size + 1
-            while left > 0 and (part := reader.read(min(left, 1 << 22))):
-                parts.append(part)
-                left -= len(part)
-    except zstandard.ZstdError as error:
-        if cut:
-            return b"".join(parts)
-        raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
-    return b"".join(parts)
-
-
-def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
+            while most > 0 and (part := reader.read(min(most, 1 << 22))):
+                yield part
+                most -= len(part)
+        return
     import lz4.frame  # type: ignore[import-untyped]  # lz4 has no annotations
 
-    parts: list[bytes] = []
-    left = size + 1
-    try:
-        decompressor = lz4.frame.LZ4FrameDecompressor()
-        part = decompressor.decompress(packed, max_length=left)
-        while part:
-            parts.append(part)
-            left -= len(part)
-            if decompressor.eof or left <= 0:
-                break
-            part = decompressor.decompress(b"", max_length=left)
-    except (RuntimeError, EOFError) as error:
-        if not cut:
-            raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
-    return b"".join(parts)
+    decompressor = lz4.frame.LZ4FrameDecompressor()
+    while most > 0 and (part := decompressor.decompress(packed, max_length=most)):
+        yield part
+        most -= len(part)
+        packed = b""
+        if decompressor.eof:
+            return
 
 
 def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock | None:
