@@ -16,6 +16,7 @@ from pipeline.ingest.message_fields import NO_STAMP
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.types import BoolArray, FloatArray, IntArray
 
+Topics = Mapping[str, TopicData]
 #: Log times further than this from the median one are damage. [ns]
 LONGEST_RUN_NS = 7 * 86_400 * 1e9
 #: What one of another unit is worth. [ns]
@@ -32,33 +33,27 @@ _TIMES_NS = {
 }  # fmt: skip
 
 
-def mend_log_times(
-    data: Mapping[str, TopicData], place: Place
-) -> tuple[dict[str, TopicData], list[Problem]]:
-    """Return the topics with log times that can be believed, and what was mended.
+def mend_log_times(data: Topics, place: Place, said: list[Problem]) -> Topics:
+    """Return the topics with log times that can be believed; what was mended is `said`.
 
     Raises `InputError` where all messages have one time, and no message says its own.
     """
     every = [one.log_time_ns for one in data.values() if one.log_time_ns.size]
     if not every:
-        return dict(data), []
-    data, said = _with_stamps_counted_on(data, place)
+        return data
+    data = _with_stamps_counted_on(data, place, said)
     times = np.concatenate(every).astype(float)
     factor = _factor(data, float(np.median(times)))
     if times.size >= _FEW and times.min() == times.max():
-        mended, told = _by_stamps(data, place)
-    elif factor != 1.0:
-        mended, told = _in_nanoseconds(data, factor, place)
-    else:
-        mended, told = _until_the_clock_was_set(data, times, place)
-    return mended, [*said, *told]
+        return _by_stamps(data, place, said)
+    if factor != 1.0:
+        return _in_nanoseconds(data, factor, place, said)
+    return _until_the_clock_was_set(data, times, place, said)
 
 
-def _with_stamps_counted_on(
-    data: Mapping[str, TopicData], place: Place
-) -> tuple[dict[str, TopicData], list[Problem]]:
+def _with_stamps_counted_on(data: Topics, place: Place, said: list[Problem]) -> Topics:
     """Count on the stamps of boards whose counters of milli- or microseconds begin anew."""
-    mended, said = dict(data), []
+    mended, anew = dict(data), []
     for topic, one in data.items():
         stamps = _stamps(one)
         there = np.flatnonzero(stamps != NO_STAMP)
@@ -67,12 +62,11 @@ def _with_stamps_counted_on(
             if how:
                 stamps[there] = counted
                 mended[topic] = replace(one, stamp_ns=stamps)
-                said.append(f"{topic} {how} {_TICK_NAMES[tick_ns]}")
+                anew.append(f"{topic} {how} {_TICK_NAMES[tick_ns]}")
                 break
-    if not said:
-        return mended, []
-    what = f"stamps begin anew ({', '.join(said)}): they were counted on."
-    return mended, [place.note(what)]
+    if anew:
+        said.append(place.note(f"stamps begin anew ({', '.join(anew)}): they were counted on."))
+    return mended
 
 
 def counted_on(time_ns: IntArray, tick_ns: int) -> tuple[IntArray, str]:
@@ -106,9 +100,7 @@ def _stamps(one: TopicData) -> IntArray:
     return np.where(one.stamp_ns > 0, one.stamp_ns, NO_STAMP)
 
 
-def _by_stamps(
-    data: Mapping[str, TopicData], place: Place
-) -> tuple[dict[str, TopicData], list[Problem]]:
+def _by_stamps(data: Topics, place: Place, said: list[Problem]) -> Topics:
     """Take the stamps for the times of a log whose messages all have one time."""
     moving = {}
     for topic, one in data.items():
@@ -125,15 +117,16 @@ def _by_stamps(
             remedy="Record them anew with a recorder whose clock runs, or with stamps.",
         )
     lost = sorted(set(data) - set(moving))
-    said = f" {', '.join(lost)} carry no stamps and cannot be placed in time." if lost else ""
+    of_lost = f" {', '.join(lost)} carry no stamps and cannot be placed in time." if lost else ""
     what = (
         f"all messages were logged at one time ({at} ns): their stamps are taken for the times of "
-        f"the log.{said}"
+        f"the log.{of_lost}"
     )
-    return {**data, **moving}, [place.warning(what, remedy="Check the recorder's clock.")]
+    said.append(place.warning(what, remedy="Check the recorder's clock."))
+    return {**data, **moving}
 
 
-def _factor(data: Mapping[str, TopicData], middle_ns: float) -> float:
+def _factor(data: Topics, middle_ns: float) -> float:
     """Return what one of the log's times is worth in nanoseconds."""
     if middle_ns >= SET_NS:
         return 1.0
@@ -161,44 +154,38 @@ def _pace(one: TopicData) -> tuple[float, float] | None:
     return float(np.ptp(stamps[there])) / logged, 0.02 + 1.5 / logged
 
 
-def _of_today(data: Mapping[str, TopicData]) -> bool:
+def _of_today(data: Topics) -> bool:
     stamps = [_stamps(one) for one in data.values()]
     known = np.concatenate([one[one != NO_STAMP] for one in stamps])
     return bool(known.size) and SET_NS < float(np.median(known)) < LATEST_NS
 
 
-def _is_too_fast(data: Mapping[str, TopicData]) -> bool:
+def _is_too_fast(data: Topics) -> bool:
     """Tell whether messages come faster than any recorder writes them."""
     busiest = max(data.values(), key=lambda one: one.log_time_ns.size).log_time_ns
     span_s = float(np.ptp(busiest)) / 1e9
     return busiest.size > _FEW and busiest.size > _MOST_HZ * span_s
 
 
-def _in_nanoseconds(
-    data: Mapping[str, TopicData], factor: float, place: Place
-) -> tuple[dict[str, TopicData], list[Problem]]:
-    mended = {
-        topic: replace(one, log_time_ns=one.log_time_ns * np.int64(factor))
-        for topic, one in data.items()
-    }
+def _in_nanoseconds(data: Topics, factor: float, place: Place, said: list[Problem]) -> Topics:
     what = (
         f"the times of the log count {_UNITS[factor]} where MCAP has nanoseconds: they were "
         "converted."
     )
-    remedy = "Mend the program that wrote the log."
-    return mended, [place.warning(what, remedy=remedy)]
+    said.append(place.warning(what, remedy="Mend the program that wrote the log."))
+    worth = np.int64(factor)
+    return {topic: replace(one, log_time_ns=one.log_time_ns * worth) for topic, one in data.items()}
 
 
 def _until_the_clock_was_set(
-    data: Mapping[str, TopicData], times: FloatArray, place: Place
-) -> tuple[dict[str, TopicData], list[Problem]]:
+    data: Topics, times: FloatArray, place: Place, said: list[Problem]
+) -> Topics:
     """Take the stamps of messages that were logged days away from the others."""
     of_today = times[(times >= SET_NS) & (times < LATEST_NS)]
     # most of a run may be over when the clock is set; a single wild time is no clock
     reference = of_today if of_today.size >= max(_FEW, 0.05 * times.size) else times
     middle = float(np.median(reference))
-    mended: dict[str, TopicData] = dict(data)
-    said = []
+    mended, counts = dict(data), []
     for topic, one in data.items():
         away = _is_far(one.log_time_ns, middle)
         if not away.any():
@@ -212,14 +199,14 @@ def _until_the_clock_was_set(
         mended[topic] = replace(
             one, log_time_ns=np.where(there & away, stamps + np.int64(usual_ns), one.log_time_ns)
         )
-        said.append(f"{int((there & away).sum())} of {away.size} of {topic}")
-    if not said:
-        return mended, []
-    what = (
-        "messages were logged before the recorder's clock was set, or by one that jumped; their "
-        f"stamps tell when: {', '.join(said)}."
-    )
-    return mended, [place.warning(what)]
+        counts.append(f"{int((there & away).sum())} of {away.size} of {topic}")
+    if counts:
+        what = (
+            "messages were logged before the recorder's clock was set, or by one that jumped; "
+            f"their stamps tell when: {', '.join(counts)}."
+        )
+        said.append(place.warning(what))
+    return mended
 
 
 def _is_far(time_ns: IntArray, middle_ns: float) -> BoolArray:

@@ -67,11 +67,10 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
     if not plans.every:
         raise nothing_mapped(place, topics, problems)
     requests, where = requests_of(plans.every)
-    data = log.extract(requests, fast=fast)
-    problems += broken_messages(place, data)
-    problems += miscounted(place, topics, data)
-    data, said = mend_log_times(data, place)
-    problems += said
+    taken = log.extract(requests, fast=fast)
+    problems += broken_messages(place, taken)
+    problems += miscounted(place, topics, taken)
+    data = mend_log_times(taken, place, problems)
     timings = timings_of(plans.every, data, vehicle, place, problems)
     reading = _Reading(
         vehicle, place, {topic.name: topic for topic in topics}, data, where, timings
@@ -84,8 +83,7 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
     )
     groups = [[ChannelSource(one) for one in group if one] for group in read]
     settled = _run(vehicle, facts, channels, (), _extent(channels, groups))
-    chosen, said = choose_sources(groups, settled, vehicle, place)
-    problems += said
+    chosen = choose_sources(groups, settled, vehicle, problems)
     # in the order of the quantities, as the plans have them
     channels |= chosen
     told: set[tuple[str, str]] = set()
@@ -96,7 +94,7 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
     problems += facts.problems
     run = _run(vehicle, facts, channels, topics_read(topics, channels, groups, vehicle), extent_ns)
     run = replace(run, notes=notes)
-    problems += told_of_run(run, topics, vehicle, place)
+    problems += told_of_run(run, topics, vehicle)
     return replace(run, problems=tuple(each_once(problems)))
 
 
@@ -306,15 +304,13 @@ def _run(
     extent_ns: tuple[int, int],
 ) -> PoolRun:
     """Put the channels of a run together; its problems come later."""
-    start_ns, end_ns = extent_ns
     return PoolRun(
         vehicle.name,
         facts.place.file,
         channels,
         topics,
         (),
-        start_ns,
-        end_ns,
+        *extent_ns,
         facts.complete,
         facts.read_bytes,
         facts.size,

@@ -18,7 +18,7 @@ from pipeline.ingest.pool_run_defaults import NOT_MEASURED
 from pipeline.ingest.pool_run_down import depth_against_pressure, doubtful_depths
 from pipeline.ingest.pool_run_health import runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.ingest.pool_run_resample import on_one_base, on_rows
+from pipeline.ingest.pool_run_resample import on_one_base
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
@@ -32,7 +32,6 @@ _FEW_READINGS = 10
 _NOTHING = "has no valid reading"
 #: The order in which sources are compared: each with what was decided before it.
 _ORDER = ("specific_force", "attitude", "angular_velocity", "depth", "position", "velocity")
-_TABLE_HZ = 10.0
 
 
 @dataclass(frozen=True)
@@ -53,29 +52,31 @@ class ChannelSource:
 
 
 def choose_sources(
-    groups: Sequence[Sequence[ChannelSource]], run: PoolRun, vehicle: Vehicle, place: Place
-) -> tuple[dict[str, RunChannel], list[Problem]]:
+    groups: Sequence[Sequence[ChannelSource]], run: PoolRun, vehicle: Vehicle, told: list[Problem]
+) -> dict[str, RunChannel]:
     """Choose one source of each group, the likeliest first, and say what was chosen and why.
 
     `run` has the channels that are settled. Returns the channels that were taken, by name.
     """
-    told: list[Problem] = []
-    alive = [list(some) for group in groups if (some := _alive(group, place, told))]
+    alive = [list(some) for group in groups if (some := _alive(group, run.place, told))]
     taken = {name: one for group in alive for name, one in group[0].channels.items()}
-    ordered = sorted(alive, key=lambda group: _rank(group[0].channel.quantity))
-    for group in ordered:
-        if len(group) < 2 or group[0].channel.quantity.removesuffix("_earth") not in _ORDER:
-            continue
+    several = [
+        group
+        for quantity in _ORDER
+        for group in alive
+        if len(group) > 1 and group[0].channel.quantity.removesuffix("_earth") == quantity
+    ]
+    for group in several:
         others = {name: one for name, one in taken.items() if name != group[0].name}
-        best, why = _best(group, replace(run, channels={**run.channels, **others}), vehicle, place)
+        best, why = _best(group, replace(run, channels={**run.channels, **others}), vehicle)
         if best is not group[0]:
             del taken[group[0].name]
             taken[best.name] = best.channel
             what = f"{best.name} is taken from {_called(best)}, not {_called(group[0])}"
-            told.append(place.warning(f"{what}: {why.rstrip('.')}."))
+            told.append(run.place.warning(f"{what}: {why.rstrip('.')}."))
     for sources in groups:
-        told += _also_fitting(sources, taken, place)
-    return taken, told
+        told += _also_fitting(sources, taken, run.place)
+    return taken
 
 
 def _called(one: ChannelSource) -> str:
@@ -84,26 +85,20 @@ def _called(one: ChannelSource) -> str:
     return f'"{", ".join(read.fields)}"' if read.topic == TABLE else read.topic
 
 
-def _rank(quantity: str) -> int:
-    plain = quantity.removesuffix("_earth")
-    return _ORDER.index(plain) if plain in _ORDER else len(_ORDER)
-
-
 def _alive(
     group: Sequence[ChannelSource], place: Place, told: list[Problem]
 ) -> list[ChannelSource]:
     """Leave the dead out, as long as something lives, and what has no reading at all."""
-    dead = {id(one): _death(one.channel) for one in group}
-    readable = [one for one in group if dead[id(one)] != _NOTHING]
-    alive = [one for one in readable if not dead[id(one)]]
-    if not alive or alive[0] is readable[0]:
-        return alive or readable
-    first = readable[0]
-    what = (
-        f"{alive[0].name} is taken from {alive[0].channel.topic}: that of {first.channel.topic} "
-        f"{dead[id(first)]}."
-    )
-    told.append(place.warning(what, remedy="Check the sensor."))
+    died = [(one, _death(one.channel)) for one in group]
+    readable = [(one, why) for one, why in died if why != _NOTHING]
+    alive = [one for one, why in readable if not why]
+    if not alive:
+        return [one for one, _ in readable]
+    first, why = readable[0]
+    if why:
+        now, before = alive[0].channel.topic, first.channel.topic
+        what = f"{alive[0].name} is taken from {now}: that of {before} {why}."
+        told.append(place.warning(what, remedy="Check the sensor."))
     return alive
 
 
@@ -123,18 +118,20 @@ def _death(channel: RunChannel) -> str:
 
 
 def _best(
-    group: Sequence[ChannelSource], run: PoolRun, vehicle: Vehicle, place: Place
+    group: Sequence[ChannelSource], run: PoolRun, vehicle: Vehicle
 ) -> tuple[ChannelSource, str]:
     """Return the first source with the fewest contradictions, and what the first is blamed for."""
     blamed = []
     try:
-        wrong = _wrong_frames(group, run)
+        bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
+        comparable = len(bodies) > 1 and "attitude" in run.channels
+        wrong = disagreeing_frames(run, bodies) if comparable else {}
         by_pressure = [one.channel for one in group if one.channel.read.quantity == "pressure"]
         for one in group:
             with_it = replace(run, channels={**run.channels, one.name: one.channel})
             found = [
-                *doubtful_depths(with_it, vehicle, place),
-                *contradictions(with_it, vehicle, place, on_one_base(with_it)),
+                *doubtful_depths(with_it, vehicle),
+                *contradictions(with_it, vehicle, on_one_base(with_it)),
             ]
             own = [wrong.get(one.channel.topic), depth_against_pressure(one.channel, by_pressure)]
             blamed.append([*filter(None, own), *(problem.what for problem in found)])
@@ -142,24 +139,6 @@ def _best(
         return group[0], ""
     fewest = min(range(len(group)), key=lambda index: len(blamed[index]))
     return group[fewest], "; ".join(one.rstrip(".") for one in blamed[0])
-
-
-def _wrong_frames(group: Sequence[ChannelSource], run: PoolRun) -> Mapping[str, str]:
-    """Compare the frames of several velocities of the body."""
-    bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
-    attitude = run.channels.get("attitude")
-    if len(bodies) < 2 or attitude is None:
-        return {}
-    tables = {
-        channel.topic: on_rows(
-            replace(run, channels={"velocity": channel, "attitude": attitude}),
-            _TABLE_HZ,
-            "velocity",
-            "attitude",
-        )
-        for channel in bodies
-    }
-    return disagreeing_frames(tables, {channel.topic: channel.read.axes for channel in bodies})
 
 
 def _also_fitting(
@@ -170,11 +149,10 @@ def _also_fitting(
     if chosen is None or not others:
         return  # the channel itself says where it is from
     read = chosen.channel.read
-    what = (
+    yield place.note(
         f"{read.quantity} is taken from {read.topic} ({', '.join(read.fields)}, {read.mapped_by}). "
         f"Also fitting: {', '.join(dict.fromkeys(others))}."
     )
-    yield place.note(what)
 
 
 def topics_read(

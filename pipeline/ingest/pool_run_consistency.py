@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.errors import CannotComputeError, Problem
 from pipeline.ingest.message_fields import impossible
 from pipeline.ingest.pool_run_down import (
+    CHECK_UNIT,
     depth_against_felt,
     depth_too_fast,
     doubtful_depths,
@@ -59,120 +60,99 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     Warns of units off by a factor, impossible readings, two opinions of where down is, shaft speeds
     that contradict commands, thrusters that seem to be swapped or reversed. It changes nothing.
     """
-    place = Place(run.file)
-    yield from _sizes(run, place)
-    yield from tips_too_fast(run, vehicle, place)
-    yield from _impossible(run, place)
-    yield from _voltage(run, vehicle, place)
-    yield from doubtful_depths(run, vehicle, place)
-    yield from down_against_level(run, place)
+    yield from _sizes(run)
+    yield from tips_too_fast(run, vehicle)
+    yield from _impossible(run)
+    yield from _voltage(run, vehicle)
+    yield from doubtful_depths(run, vehicle)
+    yield from down_against_level(run)
     try:  # what follows lays the readings on a common time base
         table = on_one_base(run)
-        yield from contradictions(run, vehicle, place, table)
-        yield from position_against_depth(run, table, place)
-        yield from shafts_against_commands(run, table, place)
-        yield from shafts_too_slow(run, table, vehicle, place)
-        yield from thrusters_against_rates(run, table, vehicle, place)
+        yield from contradictions(run, vehicle, table)
+        yield from position_against_depth(run, table)
+        yield from shafts_against_commands(run, table)
+        yield from shafts_too_slow(run, table, vehicle)
+        yield from thrusters_against_rates(run, table, vehicle)
     except CannotComputeError as error:
-        yield _warn(
-            place,
+        yield run.place.warning(
             f"channels were not compared with each other: {error}.",
-            "Check the clock of the recorder; cut a log of many days into runs.",
+            remedy="Check the clock of the recorder; cut a log of many days into runs.",
         )
 
 
-def contradictions(
-    run: PoolRun, vehicle: Vehicle, place: Place, table: RunTable
-) -> Iterator[Problem]:
+def contradictions(run: PoolRun, vehicle: Vehicle, table: RunTable) -> Iterator[Problem]:
     """Say where attitude, rates, specific force, velocity, depth and position contradict another.
 
     Raises `CannotComputeError` where the times of the run make no table.
     """
-    yield from depth_too_fast(run, table, place)
-    yield from depth_against_felt(run, table, vehicle, place)
-    yield from gravity_against_attitude(run, table, place)
-    yield from _turning_against_rates(run, table, place)
-    yield from velocity_against_motion(run, vehicle, place)
-    yield from lags(run, table, vehicle, place)
+    yield from depth_too_fast(run, table)
+    yield from depth_against_felt(run, table, vehicle)
+    yield from gravity_against_attitude(run, table)
+    yield from _turning_against_rates(run, table)
+    yield from velocity_against_motion(run, vehicle)
+    yield from lags(run, table, vehicle)
 
 
-def _warn(place: Place, what: str, remedy: str) -> Problem:
-    return place.warning(what, remedy=remedy)
-
-
-_CHECK_UNIT = "State the unit under pool: channels in vehicle.yaml."
-
-
-def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _sizes(run: PoolRun) -> Iterator[Problem]:
     """Say where a quantity is larger than it can be, or gravity is not what it should be."""
     for name, channel in run.channels.items():
-        size = _typical(channel)
-        if not np.isfinite(size):
-            continue
+        size, high = _usual_and_large(channel)
         if channel.quantity == "specific_force" and size > 0:
             likely = _factor(size / 9.81, tolerance=0.15)
             if likely and not 5.0 < size < 20.0:
-                yield _warn(
-                    place,
+                yield run.place.warning(
                     f"{name} ({channel.topic}) is {size:.4g} m/s2 on average where gravity "
                     f"alone is 9.81: it looks like {likely}.",
-                    _CHECK_UNIT,
+                    remedy=CHECK_UNIT,
                 )
                 continue
             if size < 5.0:
-                yield _warn(
-                    place,
+                yield run.place.warning(
                     f"{name} ({channel.topic}) is {size:.3g} m/s2 on average; a specific force "
                     "holds gravity, 9.81. It was taken out, or the unit is another.",
-                    "Record what the accelerometer reads, or leave the channel out.",
+                    remedy="Record what the accelerometer reads, or leave the channel out.",
                 )
                 continue
-        high = _large(channel)
         if channel.quantity == "angular_velocity" and high > _FAST_RADPS:
-            yield _warn(
-                place,
+            yield run.place.warning(
                 f"{name} ({channel.topic}) reaches {high:.3g} rad/s, more than a turn a second: it "
                 "looks like degrees.",
-                _CHECK_UNIT,
+                remedy=CHECK_UNIT,
             )
         if high > largest(channel.quantity):
-            unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
-            yield _warn(
-                place,
-                f"{name} ({channel.topic}) reaches {high:.4g} {unit}, more than is possible: "
-                "its unit is probably off by a factor such as 1000.",
-                _CHECK_UNIT,
+            yield run.place.warning(
+                f"{name} ({channel.topic}) reaches {high:.4g} {_unit(channel)}, more than is "
+                "possible: its unit is probably off by a factor such as 1000.",
+                remedy=CHECK_UNIT,
             )
 
 
-def _impossible(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _impossible(run: PoolRun) -> Iterator[Problem]:
     """Say which channels have readings that stand for none, and that these are left out."""
     for name, channel in run.channels.items():
         wrong = impossible(channel.quantity, channel.values)
         if wrong.any():
             size = float(np.nanmax(np.abs(channel.values[wrong])))
-            unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
-            what = (
-                f"{name} ({channel.topic}) is up to {size:.4g} {unit} in {wrong.sum()} of "
-                f"{wrong.size} readings, more than is possible; they are left out."
+            yield run.place.warning(
+                f"{name} ({channel.topic}) is up to {size:.4g} {_unit(channel)} in {wrong.sum()} "
+                f"of {wrong.size} readings, more than is possible; they are left out.",
+                remedy="Some sensors write such a number where they measure nothing.",
             )
-            remedy = "Some sensors write such a number where they measure nothing."
-            yield _warn(place, what, remedy)
 
 
-def _typical(channel: RunChannel) -> float:
-    kept = channel.values[channel.usable()]
-    if not kept.size:
-        return float("nan")
-    some = kept[:: max(1, len(kept) // 20_000)]
-    return float(np.nanmedian(np.linalg.norm(some, axis=1)))
+def _unit(channel: RunChannel) -> str:
+    return channel.columns[0].rsplit("_", maxsplit=1)[-1]
 
 
-def _large(channel: RunChannel) -> float:
+def _usual_and_large(channel: RunChannel) -> tuple[float, float]:
+    """Return the usual size of a reading and a large one; nan and 0 where there are none."""
     kept = channel.values[channel.usable()]
     some = kept[:: max(1, len(kept) // 20_000)]
-    some = some[np.isfinite(some)]
-    return float(np.quantile(np.abs(some), 0.99)) if some.size else 0.0
+    numbers = np.abs(some[np.isfinite(some)])
+    if not numbers.size:
+        return float("nan"), 0.0
+    usual = float(np.nanmedian(np.linalg.norm(some, axis=1)))
+    return usual, float(np.quantile(numbers, 0.99))
 
 
 def _factor(ratio: float, tolerance: float = 0.1) -> str:
@@ -182,7 +162,7 @@ def _factor(ratio: float, tolerance: float = 0.1) -> str:
     return ""
 
 
-def _turning_against_rates(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+def _turning_against_rates(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     """Compare rates with how the attitude turns, or gravity where there is no attitude.
 
     They may have another unit, sign or axes.
@@ -211,13 +191,12 @@ def _turning_against_rates(run: PoolRun, table: RunTable, place: Place) -> Itera
             f"the {swapped[0]} rate by {by} is the {swapped[1]} rate of angular_velocity "
             f"({topic}): the axes of one of them are swapped."
         )
-        yield _warn(place, what, remedy)
+        yield run.place.warning(what, remedy=remedy)
         return
-
     for name, a, m in zip(_AXES, turns.T, measured.T, strict=False):
         what = _odd_rate(a, m, by)
         if what:
-            yield _warn(place, f"the {name} rate ({topic}) {what}", remedy)
+            yield run.place.warning(f"the {name} rate ({topic}) {what}", remedy=remedy)
 
 
 def _odd_rate(turns: FloatArray, measured: FloatArray, by: str) -> str:
@@ -256,19 +235,18 @@ def _swapped(turns: FloatArray, measured: FloatArray) -> tuple[str, str] | None:
     return (_AXES[found[0, 0]], _AXES[found[0, 1]]) if len(found) else None
 
 
-def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def _voltage(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     channel = run.channels.get("voltage")
     sensor = None if vehicle.sensors is None else vehicle.sensors.voltage
     if channel is None or sensor is None:
         return
-    size = _typical(channel)
+    size, _ = _usual_and_large(channel)
     if not size > 0 or 0.5 < size / sensor.nominal_v < 1.5:
         return
     likely = _factor(size / sensor.nominal_v, tolerance=0.4)
     looks = f": it looks like {likely}" if likely else ""
-    yield _warn(
-        place,
+    yield run.place.warning(
         f"the supply ({channel.topic}) is {size:.4g} V where the vehicle file says "
         f"{sensor.nominal_v:g} V{looks}.",
-        _CHECK_UNIT,
+        remedy=CHECK_UNIT,
     )

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
 from pipeline.ingest.pool_run_resample import TABLE_HZ
 from pipeline.ingest.pool_run_score import mean_over
 from pipeline.ingest.quantities import largest
@@ -13,6 +13,7 @@ from pipeline.records.run_table import RunTable, down_axis, quaternion_product
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
+CHECK_UNIT = "State the unit under pool: channels in vehicle.yaml."
 _LEAST_ROWS = 100
 #: A vehicle that accelerates by a third of gravity feels it 18 degrees off.
 _MOST_APART_DEG = 30.0
@@ -40,7 +41,7 @@ _MOST_OF_UNIT, _FELT_ALIKE = 1.7, 0.6
 _LEAST_APART_M, _APART = 0.5, 0.15
 
 
-def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+def gravity_against_attitude(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     """Compare the direction of the specific force with down as the attitude has it.
 
     At rest an accelerometer feels gravity upwards, f = -g R^T e_z. Under way its median direction
@@ -61,7 +62,7 @@ def gravity_against_attitude(run: PoolRun, table: RunTable, place: Place) -> Ite
         if against > _MOST_AGAINST:
             return
         said = f"at odds when the vehicle tilts (correlation {against:.2f})"
-    yield place.warning(
+    yield run.place.warning(
         f"down by the specific force ({specific}) and down by the attitude ({attitude}) are "
         f"{said}.",
         remedy="Check axes, sign and, of a quaternion, order of both under pool: channels in "
@@ -78,12 +79,12 @@ def turning_of_gravity(
     df_y / dt = p f_z and df_x / dt = -q f_z. Over a second each, and a second: the noise of an
     accelerometer is far above its change in a step.
     """
-    second = np.full(_SMOOTH, 1.0 / _SMOOTH)
     change = (force[_SMOOTH:] - force[:-_SMOOTH]) * rate_hz / _SMOOTH
     down = float(np.nanmedian(force[:, 2]))
     if not abs(down) > _LEAST_MPS2:
         return np.zeros((0, 2)), np.zeros((0, 2))
     both = np.stack([change[:, 1], -change[:, 0]], axis=1) / down
+    second = np.full(_SMOOTH, 1.0 / _SMOOTH)
     measured = np.stack([np.convolve(one, second, "valid")[:-1] for one in rate[:, :2].T], axis=1)
     there = np.isfinite(both).all(axis=1) & np.isfinite(measured).all(axis=1)
     return mean_over(both[there], _SMOOTH), mean_over(measured[there], _SMOOTH)
@@ -96,7 +97,7 @@ def _correlation(first: FloatArray, second: FloatArray, least: float) -> float |
     return float(np.corrcoef(first, second)[0, 1])
 
 
-def down_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
+def down_against_level(run: PoolRun) -> Iterator[Problem]:
     """Compare down by the attitude or by the specific force with that of a level vehicle.
 
     For logs that have one of them, where nothing else shows that axes or order are others.
@@ -121,7 +122,7 @@ def down_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
         f"the axes{'' if is_force else ', unit or order'} are others."
     )
     remedy = "State body_axes (such as flu) or order (wxyz) under pool: channels in vehicle.yaml."
-    yield place.warning(what, remedy=remedy)
+    yield run.place.warning(what, remedy=remedy)
 
 
 def _apart_deg(force: FloatArray, down: FloatArray) -> float:
@@ -146,7 +147,7 @@ def turning(attitude: FloatArray, rate_hz: float) -> FloatArray:
     return rate
 
 
-def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def doubtful_depths(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     """Warn where depths are those of a pressure in another unit, or lie above the water.
 
     The vehicle's water turns depths back into pressures.
@@ -157,16 +158,16 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
     if channel is None or not depth.size:
         return
     middle = float(np.median(depth))
-    is_deep = _DEEP_M < middle < largest("depth")
-    if channel.read.quantity == "depth" and is_deep and not is_stated(channel):
-        yield place.warning(
+    assumed = "" if is_stated(channel) else channel.read.quantity
+    if assumed == "depth" and _DEEP_M < middle < largest("depth"):
+        yield run.place.warning(
             f"the depth ({channel.topic}) is {middle:.4g} m for half of the run, and nobody says "
             f"that it is in m: in cm it would be {middle / 100.0:.3g} m, in mm "
             f"{middle / 1000.0:.3g} m.",
-            remedy="State the unit under pool: channels in vehicle.yaml.",
+            remedy=CHECK_UNIT,
         )
         return
-    if channel.read.quantity == "pressure" and not is_stated(channel):
+    if assumed == "pressure":
         # near the surface a gauge reads as little, but then it also reads about zero
         raw_pa = depth * vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
         low, typical, high = (float(one) for one in np.quantile(raw_pa, [0.02, 0.5, 0.98]))
@@ -186,13 +187,12 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
                 "inside of it."
             )
         if said:
-            remedy = "State the unit under pool: channels in vehicle.yaml."
-            yield place.warning(said, "pressure in Pa.", remedy)
+            yield run.place.warning(said, "pressure in Pa.", CHECK_UNIT)
             return
     # on deck a gauge reads 0: only a wrong sign or surface makes it negative for a while
     middle = min(middle, float(np.quantile(depth, 0.05)))
     if middle < _ABOVE_WATER_M:
-        yield place.warning(
+        yield run.place.warning(
             f"the depth ({channel.topic}) is {middle:.3g} m for a good part of the run: "
             "above the water. Its sign, or the pressure at the surface, is another.",
             "depth positive downwards.",
@@ -229,7 +229,7 @@ def is_stated(channel: RunChannel) -> bool:
     return read.unit_from == "vehicle file" and not read.mapped_by.startswith("default")
 
 
-def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+def depth_too_fast(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     """Say where a depth changes faster than any vehicle sinks or rises."""
     channel = run.channels.get("depth")
     if channel is None:
@@ -239,16 +239,14 @@ def depth_too_fast(run: PoolRun, table: RunTable, place: Place) -> Iterator[Prob
     change = change[np.isfinite(change)]
     fast = float(np.quantile(change, 0.9)) if change.size > _SMOOTH else 0.0
     if fast > _FASTEST_MPS:
-        yield place.warning(
+        yield run.place.warning(
             f"the depth ({channel.topic}) changes by {fast:.3g} m a second for a good part of the "
             "run, more than is possible: its unit is probably off by a factor such as 100.",
-            remedy="State the unit under pool: channels in vehicle.yaml.",
+            remedy=CHECK_UNIT,
         )
 
 
-def depth_against_felt(
-    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
-) -> Iterator[Problem]:
+def depth_against_felt(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
     """Say where a depth swings plainly more than the accelerometer feels the vehicle do.
 
     z(t + s) - 2 z(t) + z(t - s) is the acceleration downwards, weighted by a triangle over 2 s.
@@ -269,14 +267,14 @@ def depth_against_felt(
     along, power = float(swing @ made), max(float(made @ made), 1e-12)
     alike = along / max(float(np.sqrt(power * (swing @ swing))), 1e-12)
     if alike > _FELT_ALIKE and along > _MOST_OF_UNIT * power:
-        yield place.warning(
+        yield run.place.warning(
             f"the depth ({run.channels['depth'].topic}) changes {along / power:.3g} times as "
             "much as the acceleration that the IMU feels has it: check its unit.",
-            remedy="State the unit under pool: channels in vehicle.yaml.",
+            remedy=CHECK_UNIT,
         )
 
 
-def position_against_depth(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+def position_against_depth(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     """Say where the third component of a position falls as the depth grows: it points up."""
     position, depth = run.channels.get("position"), run.channels.get("depth")
     if position is None or depth is None or position.topic == depth.topic:
@@ -287,7 +285,7 @@ def position_against_depth(run: PoolRun, table: RunTable, place: Place) -> Itera
         return
     correlation = float(np.corrcoef(expected, down)[0, 1])
     if correlation <= _AGAINST:
-        yield place.warning(
+        yield run.place.warning(
             f"the position ({position.topic}) rises as the depth ({depth.topic}) grows "
             f"(correlation {correlation:.2f}): its z axis points up.",
             f"a position in {position.read.axes}.",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
 from pipeline.ingest.pool_run_down import turning
 from pipeline.ingest.pool_run_resample import TABLE_HZ, into_body
 from pipeline.ingest.pool_run_score import mean_over
@@ -81,7 +81,7 @@ def pairs_of(run: PoolRun, table: RunTable, gravity_mps2: float) -> Iterator[Pai
         yield Pair(own, "specific_force", change, felt, there & valid["specific_force"])
 
 
-def lags(run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def lags(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
     """Say which channels tell the motion of others at another time."""
     if run.duration_s < _SHORTEST_S or "attitude" not in run.channels:
         return
@@ -93,7 +93,7 @@ def lags(run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place) -> Itera
         topics = [run.channels[name].topic for name in names]
         if topics[0] == topics[1]:
             continue
-        yield place.warning(
+        yield run.place.warning(
             f"{names[0]} ({topics[0]}) is {abs(late.lag_s):.1f} s behind {names[1]} ({topics[1]}): "
             f"with that taken off it explains {100 * (1 - late.left):.0f} % of that motion, as the "
             f"times are {100 * (1 - late.left_as_it_is):.0f} %.",

@@ -85,9 +85,7 @@ def meant_otherwise(
     rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
     if {"position", "attitude"} <= set(table.values):
         way = into_body(rate_of(table.values["position"], rate_hz), table.values["attitude"])
-        by_place = list(
-            _meanings(readings, lambda one: [(sums_of_parts(one, way, rows), np.eye(3))])
-        )
+        by_place = _meanings(readings, lambda one: [(sums_of_parts(one, way, rows), np.eye(3))])
         if said := _told(by_place, "the rate of position"):
             return said
         if by_place[0].left[0] < _AGREES:
@@ -99,7 +97,7 @@ def meant_otherwise(
             readings,
             lambda one: [(sums_of_parts(_change(one, table, rate_hz), felt, rows), np.eye(3))],
         )
-        if said := _told(list(by_force), "the acceleration that the IMU feels", _OF_CHANGES):
+        if said := _told(by_force, "the acceleration that the IMU feels", _OF_CHANGES):
             return said
         change = _change(readings[0].velocity, table, rate_hz)
         if said := _of_another_unit(sums_of_parts(change, felt, rows)):
@@ -151,9 +149,7 @@ def _by_push(
     def left(sums: Sequence[list[Sums]], some: FloatArray) -> FloatArray:
         return left_of(_with_arms(sums, some, knows_depth=knows_depth), _AS_IT_IS)[:, 0]
 
-    found = list(
-        _meanings(readings, lambda one: _with_arms(pushes(one), arms, knows_depth=knows_depth))
-    )
+    found = _meanings(readings, lambda one: _with_arms(pushes(one), arms, knows_depth=knows_depth))
     if "attitude" in table.values:
         push = [one[:, :-1] @ arms for one in lagging]
         for one in push:
@@ -235,18 +231,19 @@ def _told(
 def _meanings(
     readings: Sequence[Reading],
     references: Callable[[FloatArray], Sequence[tuple[Sequence[Sums], FloatArray]]],
-) -> Iterator[Meaning]:
+) -> list[Meaning]:
     """Score all readings that need no other order of thrusters; the first is as it was read."""
+    found = []
     for reading in readings:
         how = f"stated as {reading.how}"
         matrices = _ABOUT_DOWN if reading.any_heading else _AS_IT_IS
         each = left_of(references(reading.velocity), matrices)
-        yield Meaning(each[:, each[0].argmin()], how, how, fitted=reading.any_heading)
-    if len(readings) == 1:
-        return
-    turned = left_of(references(readings[0].velocity), _TURNED)
-    for (kind, how), left in zip(_TURNED_HOW, turned.T, strict=True):
-        yield Meaning(left, how, kind)
+        found.append(Meaning(each[:, each[0].argmin()], how, how, fitted=reading.any_heading))
+    if len(readings) > 1:
+        turned = left_of(references(readings[0].velocity), _TURNED).T
+        for (kind, how), left in zip(_TURNED_HOW, turned, strict=True):
+            found.append(Meaning(left, how, kind))
+    return found
 
 
 def _lagging(values: FloatArray, lag_rows: float) -> FloatArray:
@@ -289,10 +286,8 @@ def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
     for turn in _TURNS_DEG:
         about = about_down(turn)
         if turn:
-            yield (
-                ("turned", f"it is read turned by {turn} degrees (sensors: dvl: rotation_deg)"),
-                about,
-            )
+            how = f"it is read turned by {turn} degrees (sensors: dvl: rotation_deg)"
+            yield ("turned", how), about
             flipped = f"it is read with y to port and z up, turned by {turn} degrees"
             yield ("flipped", flipped), about @ BODY["flu"]
         for azimuths in _BEAMS_DEG:
@@ -303,7 +298,5 @@ def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
 
 _AS_IT_IS = np.eye(3)[None]
 _ABOUT_DOWN = np.array([about_down(turn) for turn in _TURNS_DEG])
-_TURNED_HOW, _TURNED = (
-    [how for how, _ in _turned()],
-    np.array([matrix for _, matrix in _turned()]),
-)
+_TURNED_HOW = [how for how, _ in _turned()]
+_TURNED = np.array([matrix for _, matrix in _turned()])

@@ -62,18 +62,16 @@ def miscounted(
     )
 
 
-def told_of_run(
-    run: PoolRun, topics: Sequence[TopicFound], vehicle: Vehicle, place: Place
-) -> Iterator[Problem]:
+def told_of_run(run: PoolRun, topics: Sequence[TopicFound], vehicle: Vehicle) -> Iterator[Problem]:
     """Say what is wrong with a run as a whole, and what its channels say of each other."""
-    yield from _told_of_topics(topics, run, place)
-    yield from _told_of_commands(run, vehicle, place)
+    yield from _told_of_topics(topics, run)
+    yield from _told_of_commands(run, vehicle)
     yield from consistency_problems(run, vehicle)
     for tell in (_told_of_recorder, _told_of_velocity, _told_of_coverage, _told_of_thrust):
-        yield from tell(run, place)
+        yield from tell(run)
 
 
-def _told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_topics(topics: Sequence[TopicFound], run: PoolRun) -> Iterator[Problem]:
     """Say which topics cannot be decoded although they may carry readings, and how others can."""
     lost = [
         f"{topic.name} ({topic.message_type or topic.encoding}): {topic.why_not}"
@@ -85,21 +83,17 @@ def _told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) ->
     ]
     # where there are no commands, the error that says so lists all topics
     if lost and any(one.quantity == "thruster_command" for one in run.channels.values()):
-        what = f"topics with messages that cannot be read: {'; '.join(lost[:6])}."
-        yield place.warning(what)
-    packed = [topic.name for topic in topics if topic.packed]
-    if packed:
-        what = (
+        yield run.place.warning(f"topics with messages that cannot be read: {'; '.join(lost[:6])}.")
+    if packed := [topic.name for topic in topics if topic.packed]:
+        yield run.place.note(
             f"the messages of {', '.join(packed[:6])} are zstd-compressed one by one (ros2 bag, "
-            "compression mode message); they were unpacked one by one."
+            "compression mode message); they were unpacked one by one.",
+            remedy="For other programs: ros2 bag convert, compression_mode file or none.",
         )
-        remedy = "For other programs: ros2 bag convert, compression_mode file or none."
-        yield place.note(what, remedy=remedy)
     ros1 = [topic.name for topic in topics if topic.encoding == "ros1" and topic.probe is not None]
     if ros1 and run.file.lower().endswith(".mcap"):
         what = f"the messages of {', '.join(ros1[:6])} are encoded as in ROS 1."
-        remedy = "For programs of ROS 2: rosbags-convert."
-        yield place.note(what, remedy=remedy)
+        yield run.place.note(what, remedy="For programs of ROS 2: rosbags-convert.")
 
 
 def told_of(
@@ -124,8 +118,7 @@ def told_of(
         )
         plain = mark in _PLAIN_MARKS and share < 5.0
         severity: Literal["note", "warning"] = "note" if plain else "warning"
-        remedy = _OF_CLOCKS if mark in _TIME_MARKS else _OF_SENSORS
-        yield Problem(severity, place, what, "", remedy)
+        yield Problem(severity, place, what, "", _OF_CLOCKS if mark in _TIME_MARKS else _OF_SENSORS)
     constant = [
         column
         for column, values in zip(channel.columns, channel.values.T, strict=True)
@@ -136,8 +129,7 @@ def told_of(
         what = f"{name} ({channel.topic}) never changes: the sensor is dead or not connected."
         yield place.warning(what, remedy="Check the sensor.")
     elif constant and not channel.holds and channel.quantity != "attitude":
-        what = f"{name} ({channel.topic}): {', '.join(constant)} never changes."
-        yield place.warning(what)
+        yield place.warning(f"{name} ({channel.topic}): {', '.join(constant)} never changes.")
 
 
 def _two_figures(percent: float) -> str:
@@ -154,7 +146,7 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(finite.size and finite.min() == finite.max())
 
 
-def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def _told_of_commands(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     """Say where commands are missing, beyond the drives, or never given."""
     commands = [one for one in run.channels.values() if one.quantity == "thruster_command"]
     if not commands:
@@ -162,7 +154,7 @@ def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[
             f"{topic.topic} ({topic.why_not})" if topic.why_not else topic.topic
             for topic in run.topics[:12]
         )
-        yield place.error(
+        yield run.place.error(
             f"there are no thruster commands; the run cannot be simulated. The log has {have}.",
             "a topic with the command of each thruster.",
             "State it under pool: channels with quantity: thruster_command in vehicle.yaml.",
@@ -173,17 +165,16 @@ def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[
     missing = [name for name in drives if name not in present]
     if missing:
         what = f"there are no commands for {', '.join(missing)}."
-        yield place.warning(what, "", "Map them, or they count as zero.")
+        yield run.place.warning(what, "", "Map them, or they count as zero.")
     for channel in commands:
         beyond: dict[tuple[int, int], list[str]] = {}
         for column, values in zip(channel.columns, channel.values.T, strict=True):
             name = column.removeprefix("command.")
             drive = drives.get(name, vehicle.drive)
             finite = values[np.isfinite(values)]
-            if not finite.size:
-                yield place.warning(f"{name}: no command is a number.")
-                continue
             count = int(((finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)).sum())
+            if not finite.size:
+                yield run.place.warning(f"{name}: no command is a number.")
             if count:
                 said = f"{name} {count} ({finite.min():g} to {finite.max():g})"
                 beyond.setdefault((drive.code_min, drive.code_max), []).append(said)
@@ -193,14 +184,14 @@ def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[
                 f"{', '.join(thrusters)}."
             )
             remedy = "Check unit and pwm_range of the channel, or the drive's range."
-            yield place.warning(what, "", remedy)
+            yield run.place.warning(what, "", remedy)
     if all(_is_constant(values) for part in commands for values in part.values.T):
-        yield place.warning(
+        yield run.place.warning(
             "no command ever changes: of the thrusters nothing can be learned from this run."
         )
 
 
-def _told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_recorder(run: PoolRun) -> Iterator[Problem]:
     """Say where the times of the log go back, and which readings they date far from the others."""
     topics = {channel.topic: channel.log_time_ns for channel in run.channels.values()}
     beyond = {
@@ -211,7 +202,7 @@ def _told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
         f"{count} of {topics[topic].size} of {topic}" for topic, count in beyond.items() if count
     ]
     if counts:
-        yield place.warning(
+        yield run.place.warning(
             "readings are dated days away from most others, and are no part of the run: "
             f"{', '.join(counts)}.",
             "",
@@ -224,7 +215,7 @@ def _told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
     if back.size:
         at = (int(logged[back[0]]) - run.start_time_ns) / 1e9
         more = f" (and {back.size - 1} more times)" if back.size > 1 else ""
-        yield place.warning(
+        yield run.place.warning(
             f"the times of the log go back by {-step_s[back[0]]:.3f} s after {at:.3f} s{more}: the "
             "recorder's clock was set, or the log was put together out of order. What follows is "
             "left out until they are later than before.",
@@ -233,11 +224,11 @@ def _told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def _told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_velocity(run: PoolRun) -> Iterator[Problem]:
     """Say where a velocity over the earth cannot become one of the body."""
     over_earth = run.channels.get("velocity_earth")
     if over_earth is not None and not {"velocity", "attitude"} & set(run.channels):
-        yield place.warning(
+        yield run.place.warning(
             f"the velocity ({over_earth.topic}) is in the axes of the earth, and without an "
             "attitude it cannot be turned into those of the body: it is not used.",
             "",
@@ -246,11 +237,11 @@ def _told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def _told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_thrust(run: PoolRun) -> Iterator[Problem]:
     """Say what a measured thrust is of use for."""
     topics = {one.topic for one in run.channels.values() if one.quantity == "thrust"}
     if topics:
-        yield place.note(
+        yield run.place.note(
             f"thrust was measured ({', '.join(sorted(topics))}). It is shown here and changes no "
             "table.",
             "",
@@ -258,7 +249,7 @@ def _told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def _told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_coverage(run: PoolRun) -> Iterator[Problem]:
     """Say where a channel covers less than the run."""
     for name, channel in run.channels.items():
         if not channel.time_ns.size or run.duration_s < 1.0:
@@ -269,7 +260,7 @@ def _told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
         if channel.holds and not channel.is_regular:
             early = 0.0
         if late > least or early > least:
-            yield place.warning(
+            yield run.place.warning(
                 f"{name} ({channel.topic}) covers {late:.1f} s to {run.duration_s - early:.1f} s "
                 f"of the run of {run.duration_s:.1f} s."
             )

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
+from pipeline.ingest.pool_run_down import CHECK_UNIT
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
@@ -21,7 +22,7 @@ _LEAST_SLOPE = 0.5
 _NOISE = 0.05
 
 
-def tips_too_fast(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def tips_too_fast(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     """Say where the tips of a propeller would be faster than any under water."""
     across_m = {one.name: vehicle.propellers[one.propeller].diameter_m for one in vehicle.thrusters}
     for name, channel in run.channels.items():
@@ -32,17 +33,15 @@ def tips_too_fast(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Prob
         tips = np.nan_to_num(np.abs(kept)) * wide * np.pi / 60.0
         fast = float(np.quantile(tips.max(axis=1), 0.9)) if kept.size else 0.0
         if fast > _FASTEST_TIP_MPS:
-            yield place.warning(
+            yield run.place.warning(
                 f"{name} ({channel.topic}) would move the tips of propellers at {fast:.3g} m/s, "
                 "more than is possible under water: it is in another unit, or that of the motor's "
                 "field (times the pole pairs).",
-                remedy="State the unit under pool: channels in vehicle.yaml.",
+                remedy=CHECK_UNIT,
             )
 
 
-def shafts_too_slow(
-    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
-) -> Iterator[Problem]:
+def shafts_too_slow(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
     """Say where a vehicle goes further in a turn than its propellers, driven hard, can screw."""
     names = set(thrusters_of(run, "shaft_speed")) & set(table.thrusters)
     if not names or not {"velocity", "command"} <= set(table.values):
@@ -60,21 +59,21 @@ def shafts_too_slow(
         if advance > _MOST_ADVANCE:
             low[one.name] = float(advance)
     if low:
-        yield place.warning(
+        yield run.place.warning(
             f"the shaft speed of {', '.join(low)} is too low: driven hard the vehicle goes "
             f"{max(low.values()):.2g} diameters of the propeller a turn, more than any screws. It, "
             "or the velocity, is in another unit.",
-            remedy="State the unit under pool: channels in vehicle.yaml.",
+            remedy=CHECK_UNIT,
         )
 
 
-def shafts_against_commands(run: PoolRun, table: RunTable, place: Place) -> Iterator[Problem]:
+def shafts_against_commands(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     """Say where a shaft turns against its command, or does what another's command says."""
     shafts = thrusters_of(run, "shaft_speed")
-    names = [name for name in thrusters_of(run, "command") if name in shafts]
+    names = [one for one in thrusters_of(run, "command") if one in {*shafts} & {*table.thrusters}]
     if not names:
         return
-    columns = [table.thrusters.index(name) for name in names if name in table.thrusters]
+    columns = [table.thrusters.index(name) for name in names]
     code = table.values["command"][:, columns]
     speed = table.values["shaft_speed"][:, columns]
     # a thruster that never leaves its dead zone turns as it likes
@@ -82,21 +81,20 @@ def shafts_against_commands(run: PoolRun, table: RunTable, place: Place) -> Iter
     both = [i for i in range(len(columns)) if effort[i] > 0.25 * effort.max()]
     both = [i for i in both if not _idle(i, np.abs(code), np.abs(speed))]
     for i in both:
-        name = table.thrusters[columns[i]]
         rows = np.isfinite(code).all(axis=1) & np.isfinite(speed[:, i])
         what = _contradiction(code[rows, i], speed[rows, i])
         if not what:
             continue
         better = [
-            table.thrusters[columns[j]]
+            names[j]
             for j in both
             if j != i
             and not _contradiction(code[rows, j], speed[rows, i])
             and code[rows, j].std() > 0
         ]
         hint = f" It follows the command of {' or '.join(better)}." if len(better) == 1 else ""
-        yield place.warning(
-            f"the shaft speed of {name} contradicts its command: {what}.{hint}",
+        yield run.place.warning(
+            f"the shaft speed of {names[i]} contradicts its command: {what}.{hint}",
             remedy="Check the order of the elements and the signs of both channels in "
             "vehicle.yaml.",
         )

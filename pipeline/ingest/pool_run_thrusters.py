@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
 from pipeline.ingest.pool_run_down import turning
-from pipeline.ingest.pool_run_late import Late, late_by
+from pipeline.ingest.pool_run_late import late_by
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
@@ -66,9 +66,7 @@ class _Turning:
     names: tuple[str, ...]
 
 
-def thrusters_against_rates(
-    run: PoolRun, table: RunTable, vehicle: Vehicle, place: Place
-) -> Iterator[Problem]:
+def thrusters_against_rates(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
     """Compare angular accelerations with the moments that the vehicle file promises.
 
     For each axis: acceleration = gain x moment of the commands + what other causes explain, with
@@ -102,10 +100,17 @@ def thrusters_against_rates(
     late = late_by(found.acceleration, found.effort @ arms, TABLE_HZ)
     if (
         late is not None
-        and _is_late(late)
+        and not -0.5 * _LAG_OF_DRIVES_S < late.lag_s < _LAG_OF_DRIVES_S
+        and late.left < _MOST_LEFT_LATE * late.left_as_it_is
         and not (better and late.left > _ALIKE * better[0].left[0])
     ):
-        yield _told_late(late, place)
+        yield run.place.warning(
+            f"the vehicle turns {late.lag_s:+.1f} s after the commands that turn it: their "
+            f"moments explain {100 * (1 - late.left_as_it_is):.0f} % of the angular acceleration "
+            f"as the times are, {100 * (1 - late.left):.0f} % with that taken off.",
+            remedy="Check the clocks of commands and rates; state clock or delay_s under pool: "
+            "channels in vehicle.yaml.",
+        )
         return
     # thrusters as stated, of which some push more than others, are likelier than other ones
     if not better or better[0].left[0] > _OF_OWN_GAINS * whole.left_by_own_gains(arms, _GAINS):
@@ -113,7 +118,7 @@ def thrusters_against_rates(
     best = better[0]
     equal = [one.how for one in better[1:] if one.left[0] < _ALIKE * best.left[0]]
     alike = f" (or {'; or '.join(equal[:_MOST_ALIKE])})" if equal else ""
-    yield place.warning(
+    yield run.place.warning(
         f"the rates suggest that {best.how} against the vehicle file{alike}: the moments as "
         f"stated explain {100 * (1 - own.left[0]):.0f} % of the angular acceleration "
         f"that drag and gravity leave, so changed {100 * (1 - best.left[0]):.0f} %.",
@@ -130,24 +135,8 @@ def _meanings(found: _Turning, arms: FloatArray, sums: list[Sums]) -> Iterator[M
         # thrusters that push alike turn a vehicle whose centre of mass is not in their line
         told = np.where(stated > _LEAST_ASKED * sums[0].power(changed), changed, arms)
         yield Meaning(left_of([(sums, told)], np.eye(3)[None])[:, 0], how, how)
-    left = left_of([(sums, arms)], np.array(list(_OTHER_AXES.values())))
-    yield from (Meaning(one, how, how) for how, one in zip(_OTHER_AXES, left.T, strict=True))
-
-
-def _is_late(late: Late) -> bool:
-    """Tell whether commands that were earlier or later would explain the accelerations better."""
-    within = -0.5 * _LAG_OF_DRIVES_S < late.lag_s < _LAG_OF_DRIVES_S
-    return not within and late.left < _MOST_LEFT_LATE * late.left_as_it_is
-
-
-def _told_late(late: Late, place: Place) -> Problem:
-    return place.warning(
-        f"the vehicle turns {late.lag_s:+.1f} s after the commands that turn it: their "
-        f"moments explain {100 * (1 - late.left_as_it_is):.0f} % of the angular acceleration as "
-        f"the times are, {100 * (1 - late.left):.0f} % with that taken off.",
-        remedy="Check the clocks of commands and rates; state clock or delay_s under pool: "
-        "channels in vehicle.yaml.",
-    )
+    for how, axes in _OTHER_AXES.items():
+        yield Meaning(left_of([(sums, arms)], axes[None])[:, 0], how, how)
 
 
 def _turning_of(run: PoolRun, table: RunTable) -> _Turning | None:

@@ -1,10 +1,11 @@
 """Whether a velocity is that of the motion: against depth, position, and what thrusters can do."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
 from pipeline.ingest.pool_run_convert import BODY, EARTH
 from pipeline.ingest.pool_run_meant import MOST_OF_UNIT, Reading, meant_otherwise, rate_of
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
@@ -37,7 +38,7 @@ _COMPARED = (
 )
 
 
-def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def velocity_against_motion(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     """Compare a velocity with the way that depth and position have gone, and with the thrusters.
 
     A warning for each contradiction, with its figures and what would agree.
@@ -73,7 +74,7 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
             said = _across(table.values["velocity"][there], vehicle)
         found = [f"the velocity ({channel.topic}) {said}"] if said else found
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
-    return [place.warning(what, remedy=remedy) for what in found]
+    return [run.place.warning(what, remedy=remedy) for what in found]
 
 
 def _over_earth(velocity: FloatArray, table: RunTable) -> FloatArray:
@@ -181,24 +182,32 @@ def _across(velocity: FloatArray, vehicle: Vehicle) -> str:
     )
 
 
-def disagreeing_frames(tables: Mapping[str, RunTable], axes: Mapping[str, str]) -> dict[str, str]:
+def disagreeing_frames(run: PoolRun, bodies: Sequence[RunChannel]) -> dict[str, str]:
     """Find velocities that are over the earth although they are said to be of the body.
 
-    `tables` have velocity and attitude, `axes` the body axes in which it was read, by topic.
-    Returns the figures: turned by the attitude it is the velocity of another topic.
+    `bodies` are several velocities of the `run`, which has an attitude. Returns the figures by
+    topic: turned by the attitude it is the velocity of another topic.
     """
+    tables: dict[str, RunTable] = {}
+    for one in bodies:
+        both = {"velocity": one, "attitude": run.channels["attitude"]}
+        tables[one.topic] = on_rows(replace(run, channels=both), _TABLE_HZ, *both)
     found: dict[str, str] = {}
-    for topic, table in tables.items():
+    for one in bodies:
+        topic, table = one.topic, tables[one.topic]
         rows = table.valid["velocity"] & table.valid["attitude"]
         body = table.values["velocity"]
-        ned = body if axes[topic] != "flu" else np.stack([-body[:, 1], body[:, 0], body[:, 2]], 1)
+        # as it stood in the messages, in the usual axes of the earth
+        ned = body @ BODY["flu"] @ EARTH["enu"].T if one.read.axes == "flu" else body
         turned = into_body(ned, table.values["attitude"])
         for other, theirs in tables.items():
-            both = rows & theirs.valid["velocity"]
-            if other == topic or both.sum() < _LEAST_ROWS or other in found:
+            both_rows = rows & theirs.valid["velocity"]
+            if other == topic or both_rows.sum() < _LEAST_ROWS or other in found:
                 continue
-            as_read = _difference(body[both], theirs.values["velocity"][both])
-            as_turned = _difference(turned[both], theirs.values["velocity"][both])
+            as_read, as_turned = (
+                _difference(ours[both_rows], theirs.values["velocity"][both_rows])
+                for ours in (body, turned)
+            )
             if as_read > 0.4 and as_turned < 0.2:
                 found[topic] = (
                     f"{topic} is over the earth, whatever its frame says: turned by the attitude "

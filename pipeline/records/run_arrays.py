@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.errors import Problem
+from pipeline.errors import Place, Problem
 from pipeline.records.pool_run import ChannelRead, ClockRead, TopicRead
 from pipeline.records.run_notes import RunNotes
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -127,6 +127,11 @@ class PoolRun:
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     thrusters: tuple[str, ...] = ()
     notes: RunNotes | None = None
+
+    @property
+    def place(self) -> Place:
+        """Where it is, for messages."""
+        return Place(self.file)
 
     @property
     def duration_s(self) -> float:

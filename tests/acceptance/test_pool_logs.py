@@ -10,7 +10,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.ingest.pool_run_resample import on_one_base
@@ -182,7 +182,7 @@ def test_thrusters_are_not_suspected_but_a_swap_is_found(
         channels = {name: one for name, one in run.channels.items() if name != "attitude"}
         without = replace(run, channels=channels)
         table = on_one_base(without)
-        assert not list(thrusters_against_rates(without, table, vehicle, Place(run.file)))
+        assert not list(thrusters_against_rates(without, table, vehicle))
     path = next(
         path for path in logs_in(shared_data / "exjobbrov_pool") if path.name.startswith("sinPsi")
     )
