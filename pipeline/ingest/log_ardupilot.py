@@ -68,20 +68,16 @@ def _tables_of(reader: Any, facts: LogFacts) -> dict[str, TopicTable]:  # noqa: 
                 instances[form.name] = form.instance_field or usual[0]
     base_ns = _gps_base_ns(raw.get("GPS"))
     parameters = raw.get("PARM", {})
-    names = (
-        [bytes(name).rstrip(b"\0").decode("ascii", "replace") for name in parameters["Name"]]
-        if ({"Name", "Value"} <= set(parameters))
-        else []
-    )
+    told: list[tuple[int, str, float]] = []
+    if {"Name", "Value"} <= set(parameters):
+        seconds = parameters["TimeUS"].astype(np.int64) * 1000 + base_ns
+        names = [bytes(one).rstrip(b"\0").decode("ascii", "replace") for one in parameters["Name"]]
+        told = list(zip(seconds.tolist(), names, parameters["Value"].tolist(), strict=True))
     tables: dict[str, TopicTable] = {}
     for name, columns in raw.items():
         time_ns = columns["TimeUS"].astype(np.int64) * 1000 + base_ns
         numbers = {key: one for key, one in columns.items() if one.dtype.kind in "iuf"}
         if name == "RCOU":
-            told = []
-            if names:
-                seconds = parameters["TimeUS"].astype(np.int64) * 1000 + base_ns
-                told = list(zip(seconds.tolist(), names, parameters["Value"].tolist(), strict=True))
             outputs = dict(numbers)
             for more in (raw.get("RCO2", {}), raw.get("RCO3", {})):  # outputs 15 and on
                 outputs |= {key: one for key, one in more.items() if one.size == time_ns.size}

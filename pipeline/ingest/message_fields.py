@@ -306,24 +306,17 @@ def _shared(numbers: Sequence[Path]) -> Path:
 
 
 def _of_a_dvl(probe: Mapping[str, Any], here: Path) -> list[Flag]:
-    mode, beams = (value_at(probe, (*here, name)) for name in ("velocity_mode", "num_good_beams"))
-    found = []
-    if isinstance(mode, int):
-        path = (*here, "velocity_mode")
-        found.append(Flag(path, 0.0, 1.0, "velocity_mode says are over ground"))
-    if isinstance(beams, int):
-        path = (*here, "num_good_beams")
-        found.append(Flag(path, 3.0, np.inf, "num_good_beams gives three beams or more"))
-    return found
+    flags = (
+        Flag((*here, "velocity_mode"), 0.0, 1.0, "velocity_mode says are over ground"),
+        Flag((*here, "num_good_beams"), 3.0, np.inf, "num_good_beams gives three beams or more"),
+    )
+    return [one for one in flags if isinstance(value_at(probe, one.path), int)]
 
 
 def _covariance(probe: Mapping[str, Any], above: Path) -> list[Flag]:
     """Return the covariance of a vector: ``orientation_covariance``, ``twist.covariance``."""
-    for path in (
-        ((*above[:-1], f"{above[-1]}_covariance", 0), (*above[:-1], "covariance", 0))
-        if above
-        else ()
-    ):
+    for name in (f"{above[-1]}_covariance", "covariance") if above else ():
+        path = (*above[:-1], name, 0)
         if isinstance(value_at(probe, path), int | float):
-            return [Flag(path, -0.5, np.inf, f"{path[-2]} does not call unknown")]
+            return [Flag(path, -0.5, np.inf, f"{name} does not call unknown")]
     return []

@@ -1,7 +1,8 @@
 """From what was taken out of a topic to a channel: time, delay, units, marks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import astuple, dataclass, fields, replace
 
 import numpy as np
 
@@ -35,16 +36,13 @@ def timings_of(
     problems: list[Problem],
 ) -> dict[str, Timing]:
     """Choose the time of each topic."""
+    stated = {plan.topic: plan.clock for plan in reversed(plans) if plan.clock}
     timings: dict[str, Timing] = {}
     for plan in plans:
-        if plan.topic in timings:
-            continue
-        wanted = next(
-            (other.clock for other in plans if other.topic == plan.topic and other.clock), None
-        )
-        taken = data[plan.topic]
-        delay = _known_delay(plan, vehicle)
-        timings[plan.topic] = choose_time(taken.log_time_ns, taken.stamp_ns, wanted, delay)
+        if plan.topic not in timings:
+            taken, delay = data[plan.topic], _known_delay(plan, vehicle)
+            wanted = stated.get(plan.topic)
+            timings[plan.topic] = choose_time(taken.log_time_ns, taken.stamp_ns, wanted, delay)
     timings = share_clocks(timings, {topic: data[topic].stamp_ns for topic in timings})
     for topic, timing in timings.items():
         problems += [place.warning(f"{topic}: {text}") for text in timing.warnings]
@@ -121,11 +119,9 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     """Make a channel: mark its readings, settle its delay."""
     plan, converted, taken, timing = found.plan, found.converted, found.taken, found.timing
     time_ns = timing.time_ns
+    none = np.zeros(time_ns.size, np.bool_)
     # a wild stamp says nothing of the others
-    timely = np.ones(time_ns.size, np.bool_)
-    for name in WITHOUT_TIME:
-        if name in timing.marks:
-            timely &= ~timing.marks[name]
+    timely = ~np.any([timing.marks.get(name, none) for name in WITHOUT_TIME], axis=0)
     rows: BoolArray | slice = slice(None) if timely.all() else timely  # a slice copies nothing
     rhythm = rhythm_of(time_ns[rows])
     holds = plan.quantity == "thruster_command"
@@ -133,18 +129,16 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     if taken.broken.any():
         marks["broken"] = taken.broken
     for name, mark in time_marks(time_ns[rows], converted.values[rows], rhythm).items():
-        marks[name] = np.zeros(time_ns.size, np.bool_)
+        marks[name] = none.copy()
         marks[name][rows] = mark
     marks |= _value_marks(plan, converted, rhythm, vehicle)
     delay, said = _delay(plan, timing, vehicle)
     notes = [*plan.notes, *converted.notes, *([said] if said else [])]
     _mark(marks, "spike", impossible(converted.quantity, converted.values))
     if converted.quantity == "attitude":
-        none = ~converted.values.any(axis=1) & ~marks.get(
-            "dropout", np.zeros(time_ns.size, np.bool_)
-        )
-        _mark(marks, "not_a_number", none)
-        if none.any():
+        zero = ~converted.values.any(axis=1) & ~marks.get("dropout", none)
+        _mark(marks, "not_a_number", zero)
+        if zero.any():
             notes.append("an attitude of four zeros counts as not a number")
     for flag, invalid in zip(plan.flags, found.invalid, strict=True):
         _mark(marks, "not_a_number", invalid)
@@ -153,7 +147,7 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
             notes.append(f"readings that {flag.says} count, others as not a number: {count}")
     if plan.quantity == "velocity":
         notes += _out_of_the_mount(converted.values, found.topic, vehicle)
-    told = plan.unit is not None
+    axes = QUANTITIES[plan.quantity].axes.replace("body", plan.body_axes)
     read = ChannelRead(
         quantity=plan.quantity,
         topic=plan.topic,
@@ -161,11 +155,9 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         encoding=found.topic.encoding,
         fields=plan.fields,
         unit=converted.unit,
-        unit_from=plan.unit_from if told else "values",
+        unit_from="values" if plan.unit is None else plan.unit_from,
         sign=plan.sign,
-        axes=QUANTITIES[plan.quantity]
-        .axes.replace("body", plan.body_axes)
-        .replace("earth", plan.earth_axes),
+        axes=axes.replace("earth", plan.earth_axes),
         mapped_by=plan.mapped_by,
         notes=tuple(notes),
     )
@@ -237,22 +229,11 @@ def _value_marks(
     )
 
 
-def _positive(text: str) -> float:
-    """Return a finite number above zero; raises `ValueError` for anything else."""
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise ValueError(text)
-    return value
-
-
 def water_of(vehicle: Vehicle, metadata: Mapping[str, Mapping[str, str]]) -> WaterOfRun:
     """Water with which a simulated log was written, if it can be true, or of the vehicle file."""
     stated = metadata.get(_LOG_METADATA, {})
-    try:
-        return WaterOfRun(
-            _positive(stated["density_kgpm3"]),
-            _positive(stated["gravity_mps2"]),
-            _positive(stated["atmospheric_pressure_pa"]),
-        )
-    except (KeyError, ValueError):
-        return WaterOfRun(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
+    with suppress(KeyError, ValueError):
+        water = WaterOfRun(*(float(stated[one.name]) for one in fields(WaterOfRun)))
+        if all(0.0 < value < float("inf") for value in astuple(water)):
+            return water
+    return WaterOfRun(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)

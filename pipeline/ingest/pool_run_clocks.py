@@ -10,6 +10,7 @@ median, so the median latency of such a clock stays in it.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -76,82 +77,71 @@ def choose_time(
     if wanted == "log":
         return _logged(log_time_ns, "the vehicle file says so")
     if stamp_ns is None:
-        why = "the messages have no stamp"
-        told = () if wanted is None else (f"{why}; the time of the log is used.",)
-        return _logged(log_time_ns, why, told)
+        return _logged(log_time_ns, "the messages have no stamp", told=wanted is not None)
     there = (stamp_ns != NO_STAMP) & (stamp_ns > 0)
-    if there.sum() < 0.5 * stamp_ns.size or not stamp_ns.size:
-        why = "most messages have no stamp" if there.any() else "the stamps are all zero"
-        told = () if wanted is None else (f"{why}; the time of the log is used.",)
-        return _logged(log_time_ns, why, told)
+    known = stamp_ns[there]
+    if known.size < 0.5 * stamp_ns.size or not stamp_ns.size:
+        why = "most messages have no stamp" if known.size else "the stamps are all zero"
+        return _logged(log_time_ns, why, told=wanted is not None)
     if stamp_ns.size > 1 and np.ptp(log_time_ns[there]) == 0:
         why = "all its messages were logged at one time, as a topic is that was latched"
-        return _logged(log_time_ns, why, (f"{why}; the time of the log is used.",))
-    known = stamp_ns[there]
+        return _logged(log_time_ns, why, told=True)
     if known.size > 2 and (known == known[0]).all():
-        what = "the stamps never move on"
-        return _logged(log_time_ns, what, (f"{what}; the time of the log is used.",))
-    used = "field" if wanted == "field" else "header"
+        return _logged(log_time_ns, "the stamps never move on", told=True)
+    used: Literal["header", "field"] = "field" if wanted == "field" else "header"
     return _stamped(log_time_ns, stamp_ns, there, used, expected_delay_s)
 
 
-def _logged(log_time_ns: IntArray, why: str, warnings: tuple[str, ...] = ()) -> Timing:
-    return Timing(log_time_ns, ClockRead(used="log", why=why), {}, warnings)
+def _logged(log_time_ns: IntArray, why: str, what: str = "", *, told: bool = False) -> Timing:
+    said = (f"{what or why}; the time of the log is used.",) if told else ()
+    return Timing(log_time_ns, ClockRead(used="log", why=why), {}, said)
 
 
 def _stamped(
-    log_time_ns: IntArray, stamp_ns: IntArray, there: BoolArray, used: str, expected_delay_s: float
+    log_time_ns: IntArray,
+    stamp_ns: IntArray,
+    there: BoolArray,
+    used: Literal["header", "field"],
+    expected_delay_s: float,
 ) -> Timing:
     rows = np.flatnonzero(there)
-    segments, jumped = _segments(stamp_ns[rows], log_time_ns[rows])
-    pace = _pace(stamp_ns[rows], log_time_ns[rows], segments)
+    stamps, logged = stamp_ns[rows], log_time_ns[rows]
+    segments, jumped = _segments(stamps, logged)
+    pace = _pace(stamps, logged, segments)
     if abs(pace - 1.0) > _MOST_DRIFT:
         what = f"the stamps move on by {1.0 / pace:.4g} s in a second of the log"
         for factor in (1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9):
             if abs(pace / factor - 1.0) < _MOST_DRIFT:
-                what = f"the stamps run {1.0 / factor:g} times as fast as the log: a wrong unit?"
-        return _logged(
-            log_time_ns, "the stamps do not keep pace with the log",
-            (f"{what.rstrip('?.')}; the time of the log is used.",),
-        )  # fmt: skip
-    fits = [
-        _fit(stamp_ns[rows], log_time_ns[rows], ~jumped, slice(begin, end))
-        for begin, end in segments
-    ]
+                what = f"the stamps run {1.0 / factor:g} times as fast as the log: a wrong unit"
+        return _logged(log_time_ns, "the stamps do not keep pace with the log", what, told=True)
+    fits = [_fit(stamps, logged, ~jumped, slice(begin, end)) for begin, end in segments]
     # None of the clock's own: latency up to a second, plus what the sensor is known to take.
     own = all(
         -_MOST_LEAD_S <= fit.offset_ns / 1e9 <= _MOST_LATENCY_S + expected_delay_s for fit in fits
     )
-    time_ns = log_time_ns.copy()
-    age = (log_time_ns[rows] - stamp_ns[rows]) / 1e9
-    if own:
-        time_ns[rows] = stamp_ns[rows]
-        why = "stamps of the recorder's own clock"
-    else:
-        aligned = np.empty(rows.size, np.int64)
-        for k, (begin, _) in enumerate(segments):
-            upto = segments[k + 1][0] if k + 1 < len(segments) else rows.size
-            start = 0 if k == 0 else begin
-            aligned[start:upto] = fits[k].apply(stamp_ns[rows[start:upto]])
-        time_ns[rows] = aligned
-        age = (log_time_ns[rows] - aligned) / 1e9
+    set_anew = [begin for begin, _ in segments[1:]]
+    aligned, why = stamps, "stamps of the recorder's own clock"
+    if not own:
+        parts = zip(fits, np.split(stamps, set_anew), strict=True)
+        aligned = np.concatenate([fit.apply(part) for fit, part in parts])
         why = "stamps of another clock, laid onto the time of the log"
+    time_ns = log_time_ns.copy()
+    time_ns[rows] = aligned
+    age = (logged - aligned) / 1e9
     longest = max(fits, key=lambda fit: fit.end - fit.begin)
     usual = age[~jumped] if (~jumped).any() else age
     latency = float(np.median(usual))
     jitter = _NORMAL * float(np.median(np.abs(usual - latency)))
     resets = np.zeros(rows.size, np.bool_)
+    resets[set_anew] = True
     warnings: list[str] = []
-    for begin, _ in segments[1:]:
-        resets[begin] = True
-        step = (int(stamp_ns[rows[begin]]) - int(stamp_ns[rows[begin - 1]])) / 1e9
-        logged = (int(log_time_ns[rows[begin]]) - int(log_time_ns[rows[begin - 1]])) / 1e9
-        at = (int(log_time_ns[rows[begin]]) - int(log_time_ns[0])) / 1e9
-        if len(warnings) < _MOST_JUMPS_TOLD:
-            warnings.append(
-                f"the clock jumps by {step - logged:+.3f} s at {at:.3f} s; what follows is aligned "
-                "by itself."
-            )
+    for begin in set_anew[:_MOST_JUMPS_TOLD]:
+        steps = ((int(one[begin]) - int(one[begin - 1])) / 1e9 for one in (stamps, logged))
+        at = (int(logged[begin]) - int(log_time_ns[0])) / 1e9
+        warnings.append(
+            f"the clock jumps by {next(steps) - next(steps):+.3f} s at {at:.3f} s; what follows is "
+            "aligned by itself."
+        )
     if len(segments) > _MOST_JUMPS_TOLD + 1:
         warnings.append(f"the clock jumps {len(segments) - 1} times in all.")
     # messages that took much longer than the others
@@ -162,7 +152,7 @@ def _stamped(
         marks[name][rows] = found
     marks = {name: mark for name, mark in marks.items() if mark.any()}
     clock = ClockRead(
-        used="field" if used == "field" else "header",
+        used=used,
         why=why,
         offset_s=0.0 if own else longest.offset_ns / 1e9,
         drift_ppm=1e6 * longest.drift,
@@ -185,27 +175,22 @@ def share_clocks(
     topic.
     """
     shared = dict(timings)
-    apart = [
-        topic
-        for topic, timing in timings.items()
-        if timing.line is not None and timing.clock.used == "header"
-    ]
+    apart = {
+        topic: one.line
+        for topic, one in timings.items()
+        if one.line is not None and one.clock.used == "header"
+    }
     while apart:
         steadiest = min(apart, key=lambda topic: (timings[topic].clock.jitter_s or 0.0, topic))
-        line = timings[steadiest].line
-        if line is None:
-            break
-        together = [
-            topic
-            for topic in apart
-            if abs((timings[topic].clock.offset_s or 0.0) - line.offset_ns / 1e9) < _MOST_LATENCY_S
-        ]
-        for topic in together:
-            apart.remove(topic)
-            stamp = stamps[topic]
+        line = apart[steadiest]
+        for topic in list(apart):
+            timing, stamp = timings[topic], stamps[topic]
+            away_s = (timing.clock.offset_s or 0.0) - line.offset_ns / 1e9
+            if abs(away_s) >= _MOST_LATENCY_S:
+                continue
+            del apart[topic]
             if topic == steadiest or stamp is None:
                 continue
-            timing = timings[topic]
             there = (stamp != NO_STAMP) & (stamp > 0)
             time_ns = timing.time_ns.copy()
             time_ns[there] = line.apply(stamp[there])

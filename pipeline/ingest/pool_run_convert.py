@@ -39,7 +39,7 @@ class WaterOfRun:
 
     density_kgpm3: float
     gravity_mps2: float
-    surface_pressure_pa: float | None = None
+    atmospheric_pressure_pa: float | None = None
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:
     notes: list[str] = []
     surface = plan.stated.surface_pressure_pa
     if surface is None:
-        surface = water.surface_pressure_pa
+        surface = water.atmospheric_pressure_pa
     if surface is None:
         finite = raw[np.isfinite(raw)]
         low = float(np.quantile(finite, 0.1)) if finite.size else ATMOSPHERE_PA

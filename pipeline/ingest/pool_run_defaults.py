@@ -8,9 +8,9 @@ fitted, is told.
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
-from pipeline.errors import Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.message_definitions import parse_path
@@ -85,17 +85,16 @@ _MOST_CANDIDATES = 4
 
 
 def choose_by_default(
-    topics: Sequence[TopicFound], stated: Collection[str], vehicle: Vehicle, place: Place
-) -> tuple[list[tuple[Plan, ...]], list[Plan], list[Problem]]:
-    """Find the quantities that are not `stated`, and say what a person should know of the choice.
+    topics: Sequence[TopicFound], stated: Collection[str], vehicle: Vehicle, notes: list[str]
+) -> tuple[list[tuple[Plan, ...]], list[Plan], str]:
+    """Find the quantities that are not `stated`, and note what a person should know of the choice.
 
     Returns for each quantity the plans that fit, the likeliest first; plans of topics that serve
-    one thruster each; notes and warnings. Which plan of a group is taken shows when they have been
+    one thruster each; a warning, if any. Which plan of a group is taken shows when they have been
     read. The vehicle's name may be that of a namespace.
     """
     groups: list[tuple[Plan, ...]] = []
     each: list[Plan] = []
-    notes: list[str] = []
     thrusters = [thruster.name for thruster in vehicle.thrusters]
     taken = set(stated) | {same for quantity in stated for same in same_quantities(quantity)}
     fits = [
@@ -118,16 +117,11 @@ def choose_by_default(
         found.append((order, topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)
-        plans, said = _plans(found, thrusters)
-        notes += said
-        if plans:
+        if plans := _plans(found, thrusters, notes):
             groups.append(plans)
         elif quantity in PER_THRUSTER:
-            grouped, said = _one_topic_each(found, thrusters)
-            each += grouped
-            notes += said
-    warnings = [place.warning(spaces.warning)] if spaces.warning else []
-    return groups, each, [*map(place.note, notes), *warnings]
+            each += _one_topic_each(found, thrusters, notes)
+    return groups, each, spaces.warning
 
 
 @dataclass(frozen=True)
@@ -217,10 +211,9 @@ def _is_over_earth(topic: TopicFound) -> bool:
 
 
 def _plans(
-    found: Sequence[_Candidate], thrusters: Sequence[str]
-) -> tuple[tuple[Plan, ...], list[str]]:
+    found: Sequence[_Candidate], thrusters: Sequence[str], notes: list[str]
+) -> tuple[Plan, ...]:
     plans: dict[str, Plan] = {}
-    said: list[str] = []
     for _, topic, rule in found:
         if topic.name in plans or len(plans) == _MOST_CANDIDATES:
             continue
@@ -229,13 +222,13 @@ def _plans(
             plans[topic.name] = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
         except NotThereError as error:
             if rule.quantity not in PER_THRUSTER:
-                said.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
-    return tuple(plans.values()), said
+                notes.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
+    return tuple(plans.values())
 
 
 def _one_topic_each(
-    found: Sequence[_Candidate], thrusters: Sequence[str]
-) -> tuple[list[Plan], list[str]]:
+    found: Sequence[_Candidate], thrusters: Sequence[str], notes: list[str]
+) -> list[Plan]:
     """Take a topic for each thruster: named after it, or numbered in the order of the file."""
     singles: dict[str, tuple[TopicFound, Rule]] = {}
     for _, topic, rule in found:
@@ -249,22 +242,20 @@ def _one_topic_each(
         channel = PoolChannel(
             quantity=rule.quantity, topic=name, field=rule.fields, thrusters=(thruster,)
         )
-        try:
-            plans.append(
-                plan_channel(channel, topic, thrusters, "default: a topic for each thruster")
-            )
-        except NotThereError:
-            continue
-    if not plans:
+        with suppress(NotThereError):
+            rule_says = "default: a topic for each thruster"
+            plans.append(plan_channel(channel, topic, thrusters, rule_says))
+    quantity = found[0][2].quantity
+    if plans:
+        pairs = ", ".join(f"{plan.thrusters[0]} {plan.topic}" for plan in plans)
+        notes.append(f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}.")
+    else:
         names = ", ".join(list(dict.fromkeys(topic.name for _, topic, _ in found))[:6])
-        quantity = found[0][2].quantity
-        said = (
+        notes.append(
             f"{names} may carry {quantity}, but the elements do not fit the {len(thrusters)} "
             "thrusters of the vehicle file; state it under pool: channels."
         )
-        return [], [said]
-    pairs = ", ".join(f"{plan.thrusters[0]} {plan.topic}" for plan in plans)
-    return plans, [f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}."]
+    return plans
 
 
 def _by_number(topics: Sequence[str], thrusters: Sequence[str]) -> dict[str, str]:

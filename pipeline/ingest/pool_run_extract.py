@@ -86,8 +86,6 @@ def extract(
         if channel.topic in requests and number in codecs
     }
     for block in log.blocks(frozenset(by_channel)):
-        if len([number for number in block.messages if number in by_channel]) == 0:
-            continue
         for number, messages in _in_order(block, by_channel):
             sink, reader = by_channel[number]
             reader.read(block.data, messages, sink)
@@ -99,18 +97,17 @@ def _in_order(
 ) -> Sequence[tuple[int, Messages]]:
     """Channels of a block; those that share a topic are parted where they take turns."""
     wanted = [(number, part) for number, part in block.messages.items() if number in by_channel]
-    if len({id(by_channel[number][0]) for number, _ in wanted}) == len(wanted):
+    if len({id(by_channel[number][0]) for number, _ in wanted}) == len(wanted):  # or none
         return wanted
     # several publishers of one topic: message by message in the order of the file
     number = np.concatenate([np.full(part.start.size, name) for name, part in wanted])
-    time = np.concatenate([part.log_time_ns for _, part in wanted])
-    start = np.concatenate([part.start for _, part in wanted])
-    size = np.concatenate([part.size for _, part in wanted])
-    order = np.argsort(start, kind="stable")
-    number, time, start, size = number[order], time[order], start[order], size[order]
+    parts = [np.stack([part.log_time_ns, part.start, part.size]) for _, part in wanted]
+    every = np.concatenate(parts, axis=1)
+    order = np.argsort(every[1], kind="stable")
+    number, every = number[order], every[:, order]
     cuts = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), number.size]
     return [
-        (int(number[begin]), Messages(time[begin:end], start[begin:end], size[begin:end]))
+        (int(number[begin]), Messages(*every[:, begin:end]))
         for begin, end in pairwise(cuts)
         if end > begin
     ]

@@ -49,22 +49,15 @@ def rhythm_of(time_ns: IntArray) -> Rhythm:
     commands that are sent on change are not, and have no gaps.
     """
     step = np.diff(time_ns) / 1e9
-    if not step.size:
-        return Rhythm(float("nan"), is_regular=False, gaps=np.zeros(0, np.bool_), longest_gap_s=0.0)
-    forward = step[step > 0]
+    forward, gaps = step[step > 0], np.zeros(step.size, np.bool_)
     if not forward.size:
-        none = np.zeros(step.size, np.bool_)
-        return Rhythm(float("nan"), is_regular=False, gaps=none, longest_gap_s=0.0)
-    period = float(np.median(forward))
+        return Rhythm(float("nan"), is_regular=False, gaps=gaps, longest_gap_s=0.0)
+    period, mean = float(np.median(forward)), float(forward.mean())
     steady = (forward > 0.25 * period) & (forward < 4.0 * period)
-    # logged in bursts (a serial line): the median is far below the mean; the mean is the period
-    mean = float(forward.mean())
-    bursts = period < 0.5 * mean and float(np.quantile(forward, 0.99)) < 10.0 * mean
-    if bursts:
-        period = mean
-        steady = forward < 6.0 * mean
+    if period < 0.5 * mean and float(np.quantile(forward, 0.99)) < 10.0 * mean:
+        # logged in bursts (a serial line): the median is far below the mean; the mean is the period
+        period, steady = mean, forward < 6.0 * mean
     is_regular = bool(steady.mean() >= 0.9)
-    gaps = np.zeros(step.size, np.bool_)
     if is_regular:
         gaps = step > max(GAP_PERIODS, 3.0 * float(np.quantile(forward, 0.9)) / period) * period
     return Rhythm(period, is_regular, gaps, float(forward.max()))
@@ -79,20 +72,19 @@ def time_marks(time_ns: IntArray, values: FloatArray, rhythm: Rhythm) -> dict[st
     marks: dict[str, BoolArray] = {}
     if time_ns.size < 2:
         return marks
-    highest = np.maximum.accumulate(time_ns)
-    behind = np.zeros(time_ns.size, np.bool_)
-    behind[1:] = time_ns[1:] < highest[:-1]
-    _set(marks, "out_of_order", behind)
-    same_time = np.zeros(time_ns.size, np.bool_)
-    same_time[1:] = np.diff(time_ns) == 0
+    _set(marks, "out_of_order", _second(time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]))
+    same_time = _second(np.diff(time_ns) == 0)
     if same_time.any():
         same = _repeats(values)
         _set(marks, "duplicate", same_time & same)
         _set(marks, "same_stamp", same_time & ~same)
-    after = np.zeros(time_ns.size, np.bool_)
-    after[1:] = rhythm.gaps
-    _set(marks, "after_gap", after)
+    _set(marks, "after_gap", _second(rhythm.gaps))
     return marks
+
+
+def _second(pairs: BoolArray) -> BoolArray:
+    """Mark the second of each two neighbours (k - 1,) that are found."""
+    return np.concatenate([[False], pairs])
 
 
 def value_marks(
@@ -130,7 +122,10 @@ def value_marks(
     _set(marks, "not_a_number", ~finite)
     if not finite.all():
         values = np.where(finite[:, None], values, np.nan)
-    _range_marks(marks, values, _ends(lowest, highest))
+    if lowest is not None or highest is not None:
+        low, high = -np.inf if lowest is None else lowest, np.inf if highest is None else highest
+        width = high - low if np.isfinite(high - low) else abs(low if highest is None else high)
+        _range_marks(marks, values, (low, high), 1e-6 * width)
     if values.shape[0] < 10 or not finite.any():
         return marks
     if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
@@ -162,21 +157,8 @@ def command_marks(
     """Mark commands (k, m) at and beyond the range (m,) of their drives."""
     marks: dict[str, BoolArray] = {}
     _set(marks, "not_a_number", ~_are_readings(values))
-    _range_marks(marks, values, (lowest, highest, 0.5))
+    _range_marks(marks, values, (lowest, highest), 0.5)
     return marks
-
-
-#: Lowest and highest value, and how near to them a reading is at them.
-_Ends = tuple[FloatArray | float, FloatArray | float, float]
-
-
-def _ends(lowest: float | None, highest: float | None) -> _Ends | None:
-    if lowest is None and highest is None:
-        return None
-    low = -np.inf if lowest is None else lowest
-    high = np.inf if highest is None else highest
-    width = high - low if np.isfinite(high - low) else abs(low if highest is None else high)
-    return low, high, 1e-6 * width
 
 
 def _are_readings(values: FloatArray) -> BoolArray:
@@ -188,10 +170,14 @@ def _are_readings(values: FloatArray) -> BoolArray:
     return good
 
 
-def _range_marks(marks: dict[str, BoolArray], values: FloatArray, ends: _Ends | None) -> None:
-    if ends is None:
-        return
-    low, high, slack = ends
+def _range_marks(
+    marks: dict[str, BoolArray],
+    values: FloatArray,
+    ends: tuple[FloatArray | float, FloatArray | float],
+    slack: float,
+) -> None:
+    """Mark readings beyond the lowest and the highest value, or as near to them as `slack`."""
+    low, high = ends
     with np.errstate(invalid="ignore"):
         beyond = (values > high + slack) | (values < low - slack)
         at_end = ((values >= high - slack) | (values <= low + slack)) & ~beyond
@@ -206,15 +192,11 @@ def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray | np.bool_) -> 
 
 def _repeats(values: FloatArray) -> BoolArray:
     """Mark readings equal to the one before in all components; not a number equals itself."""
-    same = np.zeros(values.shape[0], np.bool_)
-    if values.shape[0] > 1:
-        same[1:] = True
-        for column in values.T:
-            now, before = column[1:], column[:-1]
-            equal = now == before
-            equal |= (now != now) & (before != before)  # noqa: PLR0124  not a number
-            same[1:] &= equal
-    return same
+    same = np.ones(max(values.shape[0] - 1, 0), np.bool_)
+    for column in values.T:
+        now, before = column[1:], column[:-1]
+        same &= (now == before) | ((now != now) & (before != before))  # noqa: PLR0124  not a number
+    return _second(same)[: values.shape[0]]
 
 
 def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
@@ -274,12 +256,8 @@ def _at_the_end(values: FloatArray) -> BoolArray:
     found = np.zeros(values.shape[0], np.bool_)
     for column in values.T:
         low, high = np.fmin.reduce(column), np.fmax.reduce(column)
-        if not low < high:
-            continue
-        for end in (low, high):
+        for end in (low, high) if low < high else ():
             at_end = column == end
-            if np.count_nonzero(at_end) < _SATURATED_READINGS:
-                continue
             if _runs(at_end, _SATURATED_READINGS).any():
                 found |= at_end
     return found

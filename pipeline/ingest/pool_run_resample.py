@@ -24,34 +24,28 @@ _TURNED = ("velocity_earth", "attitude")
 
 
 def _place_on(
-    channel: RunChannel, begin_ns: int, time_s: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Interpolate a channel at times (m,) [s], or hold its values (m, n); and say where any are.
+    channel: RunChannel, source_s: FloatArray, readings: FloatArray, time_s: FloatArray
+) -> FloatArray:
+    """Interpolate readings (k, n) of a channel at times (m,) [s], or hold them.
 
-    Time is 0 at `begin_ns` on the clock of the log; not a number where nothing is known.
+    Not a number where nothing is known.
     """
-    source_s, readings = kept_readings(channel, begin_ns)
     values = np.full((time_s.size, readings.shape[1]), np.nan)
-    there = np.zeros(time_s.size, np.bool_)
     if not source_s.size:
-        return values, there
+        return values
     # a stamp that agrees with a row of the table to a nanosecond belongs to it
     after: IntArray = np.searchsorted(source_s, time_s + 1e-9, side="right")
-    before = after - 1
-    longest = _longest_hold(channel)
+    before, longest = after - 1, _longest_hold(channel)
+    left, right = np.maximum(before, 0), np.minimum(after, source_s.size - 1)
+    since = time_s - source_s[left]
     if channel.holds:
-        there = (before >= 0) & (time_s - source_s[np.maximum(before, 0)] <= longest)
+        there = (before >= 0) & (since <= longest)
         values[there] = readings[before[there]]
-        return values, there
-    exact = (before >= 0) & (np.abs(time_s - source_s[np.maximum(before, 0)]) <= 1e-9)
-    between = (before >= 0) & (after < source_s.size)
-    left = np.clip(before, 0, source_s.size - 1)
-    right = np.clip(after, 0, source_s.size - 1)
+        return values
+    exact = (before >= 0) & (np.abs(since) <= 1e-9)
     width = source_s[right] - source_s[left]
-    there = exact | (between & (width <= longest))
-    share = np.where(
-        exact | (width <= 0), 0.0, (time_s - source_s[left]) / np.where(width > 0, width, 1.0)
-    )
+    there = exact | ((before >= 0) & (after < source_s.size) & (width <= longest))
+    share = np.where(exact | (width <= 0), 0.0, since / np.where(width > 0, width, 1.0))
     rows = np.flatnonzero(there)
     first, second = readings[left[rows]], readings[right[rows]]
     if channel.quantity == "attitude":
@@ -63,7 +57,7 @@ def _place_on(
         length = np.linalg.norm(mixed, axis=1, keepdims=True)
         mixed = np.where(length > 0, mixed / np.where(length > 0, length, 1.0), np.nan)
     values[rows] = mixed
-    return values, there
+    return values
 
 
 def kept_readings(channel: RunChannel, begin_ns: int) -> tuple[FloatArray, FloatArray]:
@@ -250,11 +244,12 @@ def _placed(
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,).
 
-    With `step_s` they are the means of what is held over that time from each sample on. [s]
+    Time is 0 at `begin_ns` on the clock of the log. With `step_s` the values are the means of what
+    is held over that time from each sample on. [s]
     """
-    values, there = _place_on(channel, begin_ns, time_s + 0.5 * step_s)
-    there = there & np.isfinite(values).all(axis=1)
     own_s, own = kept_readings(channel, begin_ns)
+    values = _place_on(channel, own_s, own, time_s + 0.5 * step_s)
+    there: BoolArray = np.asarray(np.isfinite(values).all(axis=1))
     if step_s > 0.0 and there.any():
         values = np.where(there[:, None], mean_held(own_s, own, time_s, step_s), np.nan)
     return values, there, _nearest(own_s, time_s) & there

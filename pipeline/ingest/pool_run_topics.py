@@ -1,6 +1,7 @@
 """Topics of a log, and what is taken from each: the vehicle file first, then the defaults."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +9,7 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
-from pipeline.ingest.message_fields import Stamp
+from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default
 from pipeline.ingest.pool_run_extract import Request
@@ -210,8 +211,7 @@ def plans_of(
         if topic is None:
             have = ", ".join(topic.name for topic in topics[:12])
             what = f"{said}: there is no such topic. The log has {have}."
-            remedy = "Correct the topic in vehicle.yaml."
-            problems.append(place.warning(what, remedy=remedy))
+            problems.append(place.warning(what, remedy="Correct the topic in vehicle.yaml."))
             continue
         try:
             plans.append(plan_channel(channel, topic, names, one.mapped_by))
@@ -229,14 +229,13 @@ def plans_of(
         topic = by_name.get(_bare(channel.topic))
         if topic is None or known & set(same_quantities(channel.quantity)):
             continue
-        try:
+        with suppress(NotThereError):
             plan = plan_channel(channel, topic, names, f"default: {facts.recorder}")
-        except NotThereError:
-            continue
-        _add_to_groups(plan, groups, each)
+            _add_to_groups(plan, groups, each)
     known |= {plan.quantity for group in groups for plan in group} | {one.quantity for one in each}
-    found, singles, told = choose_by_default(topics, known, vehicle, place)
-    problems += told
+    notes: list[str] = []
+    found, singles, warning = choose_by_default(topics, known, vehicle, notes)
+    problems += [*map(place.note, notes), *([place.warning(warning)] if warning else [])]
     return Plans((*plans, *each, *singles), (*groups, *found))
 
 
@@ -325,26 +324,27 @@ def nothing_mapped(
     )
 
 
-def _stamp_of(topic: str, plans: Sequence[Plan]) -> Stamp | None:
-    """Return where the messages of a topic say their time: as stated for any of its channels."""
-    own = [plan for plan in plans if plan.topic == topic]
-    stated = [plan for plan in own if plan.clock is not None]
-    return next((plan.stamp for plan in stated or own if plan.stamp is not None), None)
-
-
 def requests_of(
     plans: Sequence[Plan],
 ) -> tuple[dict[str, Request], dict[tuple[str, str], tuple[int, int]]]:
-    """Put the plans of one topic together; return where each finds its numbers."""
+    """Put the plans of one topic together; return where each finds its numbers.
+
+    Where the messages of a topic say their time is as stated for any of its channels.
+    """
     requests: dict[str, Request] = {}
     where: dict[tuple[str, str], tuple[int, int]] = {}
-    for plan in plans:
-        new = plan.request
-        known = requests.get(plan.topic)
-        begin = 0 if known is None else len(known.numbers)
-        numbers = new.numbers if known is None else known.numbers + new.numbers
-        names = new.names if known is None or known.names is None else known.names
-        flags = new.flags if known is None else known.flags | new.flags
-        requests[plan.topic] = Request(numbers, _stamp_of(plan.topic, plans), names, flags)
-        where[key_of(plan)] = (begin, len(numbers))
+    for topic in dict.fromkeys(plan.topic for plan in plans):
+        own = [plan for plan in plans if plan.topic == topic]
+        numbers: list[FieldPath] = []
+        for plan in own:
+            begin = len(numbers)
+            numbers += plan.request.numbers
+            where[key_of(plan)] = (begin, len(numbers))
+        timed = [plan for plan in own if plan.clock is not None] or own
+        requests[topic] = Request(
+            tuple(numbers),
+            next((plan.stamp for plan in timed if plan.stamp is not None), None),
+            next((plan.names for plan in own if plan.names is not None), None),
+            frozenset[FieldPath]().union(*(plan.request.flags for plan in own)),
+        )
     return requests, where

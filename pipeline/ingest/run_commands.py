@@ -24,6 +24,10 @@ _PREFIX = "command."
 #: A reading that is this far from the first command says nothing of it. [s]
 _NEAR_S = 1.0
 _MOST_NOTES = 8
+#: What the start of a run is made of, and what a person calls it.
+_OF_START = {"attitude": "attitude", "angular_velocity": "turning"} | {
+    name: name for name in ("velocity", "depth", "position")
+}
 
 
 @dataclass(frozen=True)
@@ -168,18 +172,8 @@ def _start_of(
     from scipy.spatial.transform import Rotation
 
     sensors = vehicle.sensors
-    attitude = _nearest(run, "attitude", at_ns)
-    rate = _nearest(run, "angular_velocity", at_ns)
-    velocity = _nearest(run, "velocity", at_ns)
-    depth = _nearest(run, "depth", at_ns)
-    position = _nearest(run, "position", at_ns)
-    taken: dict[str, FloatArray | None] = {
-        "attitude": attitude,
-        "turning": rate,
-        "velocity": velocity,
-        "depth": depth,
-        "position": position,
-    }
+    taken = {called: _nearest(run, quantity, at_ns) for quantity, called in _OF_START.items()}
+    attitude, rate, velocity, depth, position = taken.values()
     quaternion = np.array([1.0, 0.0, 0.0, 0.0]) if attitude is None else attitude
     turn = Rotation.from_quat(quaternion[[1, 2, 3, 0]])
     over_earth = _nearest(run, "velocity_earth", at_ns)
@@ -188,8 +182,7 @@ def _start_of(
     known = [name for name, value in taken.items() if value is not None]
     if not known:
         return None, ()
-    nu = np.zeros(6)
-    nu[3:] = 0.0 if rate is None else rate
+    nu = np.concatenate([np.zeros(3), np.zeros(3) if rate is None else rate])
     if velocity is not None:
         dvl = None if sensors is None else sensors.dvl
         place = np.zeros(3) if dvl is None else np.array(dvl.position_m)
