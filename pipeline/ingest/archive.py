@@ -306,5 +306,4 @@ def hidden_problems(scan: SheetScan | None, where: Place, *, is_hidden: bool) ->
         rows = scan.hidden_rows
         place = Place(where.file, where.sheet, rows[0])
         what = f"hidden in the workbook and read all the same: {listed(rows)}."
-        remedy = 'Mark rows with "#" in column A to leave them out.'
-        yield place.note(what, remedy=remedy)
+        yield place.note(what, remedy='Mark rows with "#" in column A to leave them out.')

@@ -213,8 +213,7 @@ def _assumed_units(block: Block, wanted: Wanted) -> Iterator[Problem]:
         words = wanted.vocabulary[quantity]
         told = any(unit_told_by_name(header, words) for header in split_header(column.header))
         if column.unit and column.unit_from == "assumed" and not told and column.unit != "1":
-            what = (
+            yield block.place(block.header_row, quantity).note(
                 f'{quantity.replace("_", " ")} "{shorten(column.header)}": no unit is stated, '
                 f"{column.unit} is assumed."
             )
-            yield block.place(block.header_row, quantity).note(what)

@@ -153,22 +153,19 @@ class ColumnChoice:
     def _with_electrical_speed(self, weighed: WeighedColumn) -> None:
         """Take no electrical speed for the shaft's, unless the stand says that it converted it."""
         electrical = [match for match in weighed.matches if match.quantity == ELECTRICAL]
-        if not electrical:
-            return
         weighed.matches = [match for match in weighed.matches if match.quantity != ELECTRICAL]
         names = {plain(str(cell)) for cell in self._sheet.cells(self._row) if cell is not None}
         by_stand = any(name.startswith("motor optical speed") for name in names)
         for match in electrical:
-            letter = column_letter(match.index)
-            place = self._sheet.place(self._row, letter)
             if any(other.quantity == "shaft_speed" for other in weighed.matches):
                 weighed.not_used[match.index] = "another column holds the speed of the shaft"
             elif by_stand:
                 weighed.matches.append(replace(match, quantity="shaft_speed"))
                 what = (
                     f'shaft speed is read from "{shorten(match.text)}": the stand has divided it '
+                    "by the pole pairs that were set there, and measured no other speed."
                 )
-                what += "by the pole pairs that were set there, and measured no other speed."
+                place = self._sheet.place(self._row, column_letter(match.index))
                 weighed.problems.append(place.note(what))
             else:
                 weighed.not_used[match.index] = "the pole pairs of the motor are not stated"
@@ -244,19 +241,14 @@ class ColumnChoice:
         for at in order:
             match = candidates[at]
             lead = self._lead(candidates, numbers, order[0], at)
-            reason = next(
-                (
-                    reason
-                    for other in left
-                    if (
-                        reason := self._same_reading(candidates[other], match, numbers, (other, at))
-                    )
-                ),
-                "",
+            first = candidates[order[0]]
+            same = (
+                self._same_reading(candidates[one], match, (numbers[one], numbers[at]))
+                for one in left
             )
-            is_part = _is_of_sides(candidates[order[0]], match)
-            if not reason and lead >= _LEAD and not is_part:
-                reason = f'"{shorten(candidates[order[0]].text)}" names the quantity more clearly'
+            reason = next(filter(None, same), "")
+            if not reason and lead >= _LEAD and not _is_of_sides(first, match):
+                reason = f'"{shorten(first.text)}" names the quantity more clearly'
             if reason:
                 not_used[match.index] = reason
             else:
@@ -306,9 +298,9 @@ class ColumnChoice:
         return float(np.corrcoef(one[both], two[both])[0, 1]) > _TOGETHER
 
     def _same_reading(
-        self, kept: Match, match: Match, numbers: Sequence[FloatArray], positions: tuple[int, int]
+        self, kept: Match, match: Match, numbers: tuple[FloatArray, FloatArray]
     ) -> str:
-        found = ratio_of(numbers[positions[0]], numbers[positions[1]])
+        found = ratio_of(*numbers)
         if found is None:
             return ""
         same_unit = self._unit(kept) == self._unit(match)
@@ -342,12 +334,8 @@ class ColumnChoice:
             f"({self._numbers(match).largest:g} at most)"
             for match in matches[:4]
         ]
-        lines = "\n".join(
-            f'      {quantity}: {{header: "{shorten(match.text)}"'
-            + (", unit: ..." if self._lacks_unit(match) else "")
-            + "}"
-            for match in matches[:1]
-        )
+        unit = ", unit: ..." if self._lacks_unit(matches[0]) else ""
+        line = f'      {quantity}: {{header: "{shorten(matches[0].text)}"{unit}}}'
         also = ""
         if len({self._unit(match) for match in matches}) == 1 and len(matches) == 2:
             also = (
@@ -359,7 +347,7 @@ class ColumnChoice:
             f"{name} may be {' or '.join(shown)}; nothing tells which. So the table was left out.",
             "one column of it, a second one only as the same reading in another unit, or as a part "
             "of a sum that stands there, too.",
-            f"State it in vehicle.yaml:\n  columns:\n    {self._wanted.kind}:\n{lines}{also}",
+            f"State it in vehicle.yaml:\n  columns:\n    {self._wanted.kind}:\n{line}{also}",
         )
 
 

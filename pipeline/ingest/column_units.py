@@ -1,10 +1,8 @@
 """The unit of a column: in its name, in a row under it, stated in vehicle.yaml, or assumed."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
@@ -46,6 +44,14 @@ class _Written:
     """Whether the cells are shown with it: then none but a unit of the quantity will do."""
 
 
+class _RefusedError(Exception):
+    """Why a column cannot be read, what was expected, what to do, and the row if it is another."""
+
+    def __init__(self, why: str, expected: str, remedy: str, row: int | None = None) -> None:
+        super().__init__(why)
+        self.expected, self.remedy, self.row = expected, remedy, row
+
+
 def read_columns(
     sheet: Sheet, wanted: Wanted, rows: HeadRows, group: Mapping[str, Match]
 ) -> tuple[dict[str, BlockColumn], list[Problem]]:
@@ -55,11 +61,8 @@ def read_columns(
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []
-    place = sheet.place(rows.names)
     for quantity, match in group.items():
-        words = wanted.vocabulary[quantity]
-        stated = wanted.mapping.get(quantity)
-        others = group.keys() - {quantity}
+        words, stated = wanted.vocabulary[quantity], wanted.mapping.get(quantity)
         column = BlockColumn(
             quantity,
             match.index,
@@ -68,30 +71,25 @@ def read_columns(
             plus=() if stated is None else _indices(sheet, rows.names, stated.plus),
             group=_group_text(sheet, rows, match.index),
         )
-        times = _unclear_factor(column, words, stated)
-        if times is not None:
-            why = f'"{times}" in the name may multiply the numbers or divide them'
-            expected = "numbers in the unit that the name states."
-            remedy = "Write the numbers without a factor"
-            problems.append(_refused(column, place, wanted, why, others, expected, remedy))
-            continue
         try:
+            _check_factor(column, words, stated)
             written = _units_written(sheet, words, match, rows, stated)
             read, notes = _with_signs(sheet, _with_unit(column, words, match, written), rows)
             problems += notes
-            titles = _units_in_titles(sheet, words, rows)
-            wrong = _contradiction(read, place, wanted, [*written, *titles], others)
-            if wrong is not None:
-                problems.append(wrong)
-                continue
+            _check_contradiction(read, words, [*written, *_units_in_titles(sheet, words, rows)])
             scale = 1.0 if stated is None else stated.scale / (stated.pole_pairs or 1)
             columns[quantity] = replace(read, factor=read.factor * scale)
-        except UnitTextError as error:
+        except (_RefusedError, UnitTextError) as error:
             units = known_units(words.unit_kind)[:1] if words.unit_kind else ()
             shown = "".join(f", e.g. [{one}]" for one in units)
             expected = f"the unit in the header{shown}, or in the row under it."
-            why, remedy = str(error), "Write it there"
-            problems.append(_refused(column, place, wanted, why, others, expected, remedy))
+            of_unit = _RefusedError(str(error), expected, "Write it there")
+            refused = error if isinstance(error, _RefusedError) else of_unit
+            row = rows.names if refused.row is None else refused.row
+            others = group.keys() - {quantity}
+            needed = any(quantity in one and others.isdisjoint(one) for one in wanted.required)
+            place = sheet.place(row, column.letter)
+            problems.append(_problem(column, place, refused, wanted.kind, needed=needed))
     return columns, problems
 
 
@@ -129,47 +127,36 @@ def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:
     )
 
 
-def _contradiction(
-    column: BlockColumn,
-    place: Place,
-    wanted: Wanted,
-    written: Iterable[_Written],
-    others: AbstractSet[str],
-) -> Problem | None:
+def _check_contradiction(column: BlockColumn, words: Words, written: Iterable[_Written]) -> None:
     """Refuse a column for which something else states another unit than the one that is read."""
-    words = wanted.vocabulary[column.quantity]
     kind = words.unit_kind
     if kind is None or column.unit_from == "mapping":
-        return None
+        return
     for one in written:
         fits = unit_fits(one.unit, words)
         if (fits and factor(one.unit, kind) != column.factor) or (one.is_format and not fits):
-            why, remedy = (
-                f"it states {column.unit}, {one.by} {one.unit}",
-                "Correct what is wrong of both",
-            )
-            at = place if one.row is None else replace(place, row=one.row)
-            return _refused(column, at, wanted, why, others, "one unit.", remedy)
-    return None
+            why = f"it states {column.unit}, {one.by} {one.unit}"
+            raise _RefusedError(why, "one unit.", "Correct what is wrong of both", one.row)
 
 
-def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) -> str | None:
-    """Return the factor in a name, unless it is known what it means."""
-    told = stated is not None and (
-        stated.unit is not None or column.quantity == "torque_coefficient"
-    )
-    if told or column.quantity == "torque_coefficient_x10" or words.unit_kind == "ratio":
-        return None
-    return factor_in_name(column.header, column.quantity)
+def _check_factor(column: BlockColumn, words: Words, stated: Column | None) -> None:
+    """Refuse a column whose name holds a factor, unless it is known what it means."""
+    quantity = column.quantity
+    told = stated is not None and (stated.unit is not None or quantity == "torque_coefficient")
+    if told or quantity == "torque_coefficient_x10" or words.unit_kind == "ratio":
+        return
+    if times := factor_in_name(column.header, quantity):
+        raise _RefusedError(
+            f'"{times}" in the name may multiply the numbers or divide them',
+            "numbers in the unit that the name states.",
+            "Write the numbers without a factor",
+        )
 
 
 def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
-    texts: list[str] = []
-    for at in range(max(rows.free_from, rows.names - 3), rows.names):
-        cell = sheet.cell(at, index)
-        if isinstance(cell, str) and cell not in texts:
-            texts.append(cell)
-    return " ".join(texts)
+    above = range(max(rows.free_from, rows.names - 3), rows.names)
+    cells = (sheet.cell(at, index) for at in above)
+    return " ".join(dict.fromkeys(cell for cell in cells if isinstance(cell, str)))
 
 
 def _with_unit(
@@ -248,24 +235,17 @@ def _is_unit_row(sheet: Sheet, row: int) -> bool:
     return units >= max(1, len(texts) // 2)
 
 
-def _refused(  # noqa: PLR0917  one problem
-    column: BlockColumn,
-    place: Place,
-    wanted: Wanted,
-    why: str,
-    others: AbstractSet[str],
-    expected: str,
-    remedy: str,
+def _problem(
+    column: BlockColumn, place: Place, refused: _RefusedError, kind: str, *, needed: bool
 ) -> Problem:
-    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
+    name, header, remedy = column.quantity.replace("_", " "), shorten(column.header), refused.remedy
     left_out = "the table was left out" if needed else "the column was left out"
-    severity: Literal["error", "warning"] = "error" if needed else "warning"
-    if column.quantity in type(getattr(Columns(), wanted.kind)).model_fields:
+    if column.quantity in type(getattr(Columns(), kind)).model_fields:
         remedy = (
-            f"{remedy}, or state it in vehicle.yaml:\n  columns:\n    {wanted.kind}:\n"
-            f'      {column.quantity}: {{header: "{shorten(column.header)}", unit: ...}}'
+            f"{remedy}, or state it in vehicle.yaml:\n  columns:\n    {kind}:\n"
+            f'      {column.quantity}: {{header: "{header}", unit: ...}}'
         )
     else:
         remedy = f"{remedy}."
-    what = f'{column.quantity.replace("_", " ")} "{shorten(column.header)}": {why}. So {left_out}.'
-    return Problem(severity, replace(place, column=column.letter), what, expected, remedy)
+    what = f'{name} "{header}": {refused}. So {left_out}.'
+    return Problem("error" if needed else "warning", place, what, refused.expected, remedy)

@@ -85,28 +85,22 @@ class Match:
 
 def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
     """Return (row, matches) of every row of names, best of each group of neighbours."""
-    candidates: list[tuple[int, int, list[Match]]] = []
+    chosen: list[tuple[int, list[Match]]] = []
+    best, looked_at = 0, 0
     for row, cells in sheet.numbered():
-        if _is_data(cells):
-            continue
-        own = _matches_in_row(sheet, wanted, row)
+        own = [] if _is_data(cells) else _matches_in_row(sheet, wanted, row)
         if not own:
             continue
-        all_matches = own + _stacked_matches(sheet, wanted, row, own)
-        if wanted.names_complete({match.quantity for match in all_matches}):
-            weight = 100 * len({match.quantity for match in own}) + len(own)
-            candidates.append((row, weight, all_matches))
-    chosen: list[tuple[int, int, list[Match]]] = []
-    looked_at = 0
-    for candidate in candidates:
-        row, weight, _ = candidate
-        near = chosen and not _numbers_between(sheet, wanted, chosen[-1][2], (looked_at, row))
+        matches = own + _stacked_matches(sheet, wanted, row, own)
+        if not wanted.names_complete({match.quantity for match in matches}):
+            continue
+        weight = 100 * len({match.quantity for match in own}) + len(own)
+        near = chosen and not _numbers_between(sheet, wanted, chosen[-1][1], (looked_at, row))
         looked_at = row
-        if near and weight > chosen[-1][1]:
-            chosen[-1] = candidate
-        elif not near:
-            chosen.append(candidate)
-    return [(row, matches) for row, _, matches in chosen]
+        if not near or weight > best:
+            chosen = [*(chosen[:-1] if near else chosen), (row, matches)]
+            best = weight
+    return chosen
 
 
 def _is_data(cells: Row) -> bool:

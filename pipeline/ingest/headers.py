@@ -48,9 +48,6 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
         headers = header_rows(sheet, wanted)
         if not headers:
             return BlockSearch((), tuple(dict.fromkeys(missing_columns(sheet, wanted))))
-    blocks: list[Block] = []
-    problems: list[Problem] = []
-    free_from = sheet.first_row
     if len(headers) > _MOST_TABLES:
         problem = sheet.place(headers[0][0]).error(
             f"the column names are repeated {len(headers)} times; the sheet was left out.",
@@ -58,12 +55,13 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
             "Export the record again, with the names once.",
         )
         return BlockSearch((), (problem,))
-    for position, (row, matches) in enumerate(headers):
-        following = headers[position + 1][0] if position + 1 < len(headers) else sheet.last_row + 1
-        found, wrong, last = _blocks_of_header(sheet, wanted, row, matches, (free_from, following))
-        blocks += found
-        problems += wrong
-        free_from = last + 1
+    blocks: list[Block] = []
+    problems: list[Problem] = []
+    free_from = sheet.first_row
+    ends = [*(row for row, _ in headers[1:]), sheet.last_row + 1]
+    for (row, matches), following in zip(headers, ends, strict=True):
+        bounds = (free_from, following)
+        free_from = 1 + _blocks_of_header(sheet, wanted, row, matches, bounds, blocks, problems)
     return BlockSearch(tuple(blocks), tuple(dict.fromkeys(problems)))
 
 
@@ -79,24 +77,30 @@ def names_seen(sheet: Sheet, most: int = 12) -> str:
     return ""
 
 
-def _blocks_of_header(
-    sheet: Sheet, wanted: Wanted, row: int, matches: Sequence[Match], bounds: tuple[int, int]
-) -> tuple[list[Block], list[Problem], int]:
-    """Return the tables under a row of names, problems, and their last row."""
+def _blocks_of_header(  # noqa: PLR0917  one caller
+    sheet: Sheet,
+    wanted: Wanted,
+    row: int,
+    matches: Sequence[Match],
+    bounds: tuple[int, int],
+    blocks: list[Block],
+    problems: list[Problem],
+) -> int:
+    """Add the tables under a row of names, and problems; return the last row of all of them."""
     free_from, following = bounds
     weighed = ColumnChoice(sheet, wanted, row, following).weigh(matches)
-    problems = list(weighed.problems)
+    problems += weighed.problems
     if not wanted.is_complete({match.quantity for match in weighed.matches}):
-        return [], problems, row
-    groups, wrong = _side_by_side(sheet, wanted, row, weighed.matches)
-    problems += wrong
+        return row
+    groups = _side_by_side(sheet, wanted, row, weighed.matches, problems)
     for match in weighed.matches if groups else ():
         read = groups[0].get(match.quantity, match)
         if all(match not in group.values() for group in groups):
             why = f'{match.quantity.replace("_", " ")} is read from "{shorten(read.text)}"'
             weighed.not_used.setdefault(match.index, why)
-    blocks: list[Block] = []
     thrusters = told_apart([match for match in weighed.matches if match.quantity == "thrust"])
+    starts = [min(match.index for match in group.values()) for group in groups]
+    starts = [0, *starts[1:], sheet.width]
     last_of_all = row
     for number, group in enumerate(groups):
         required = [name for part in wanted.required for name in part if name in group]
@@ -114,12 +118,8 @@ def _blocks_of_header(
         last = following - 1
         if following <= sheet.last_row:
             last = _end_of_data(sheet, first, following, [group[name].index for name in required])
-        low = min(match.index for match in group.values()) if number else 0
-        high = (
-            min(match.index for match in groups[number + 1].values()) - 1
-            if number + 1 < len(groups)
-            else sheet.width - 1
-        )
+        low, after = starts[number : number + 2]
+        high = after - 1
         columns, wrong = read_columns(sheet, wanted, HeadRows(free_from, row, first, last), group)
         problems += wrong
         last_of_all = max(last_of_all, last)
@@ -145,12 +145,12 @@ def _blocks_of_header(
                 span=(low, high),
             )
         )
-    return blocks, problems, last_of_all
+    return last_of_all
 
 
 def _side_by_side(
-    sheet: Sheet, wanted: Wanted, row: int, matches: Sequence[Match]
-) -> tuple[list[dict[str, Match]], list[Problem]]:
+    sheet: Sheet, wanted: Wanted, row: int, matches: Sequence[Match], problems: list[Problem]
+) -> list[dict[str, Match]]:
     """Part the columns into tables where names repeat, and choose a column for each quantity."""
     parts: list[list[Match]] = [[]]
     seen: set[tuple[str, str]] = set()
@@ -167,7 +167,6 @@ def _side_by_side(
         for match in shared:
             group.setdefault(match.quantity, match)
     complete = [group for group in groups if wanted.is_complete(set(group))]
-    problems: list[Problem] = []
     needed = {name for part in wanted.required for name in part}
     repeats = sum(bool(needed & set(group)) for group in groups)
     if repeats >= _GRID and len(complete) <= 1:
@@ -179,10 +178,8 @@ def _side_by_side(
                 "If it is measured, write it as a list of points; if not, leave it as it is.",
             )
         )
-        return [], problems
-    if not complete:
-        complete = [_best(list(matches))]
-    return complete, problems
+        return []
+    return complete or [_best(matches)]
 
 
 @functools.lru_cache(maxsize=4096)

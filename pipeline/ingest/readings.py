@@ -106,10 +106,10 @@ def _is_statistics(block: Block, cells: Row) -> bool:
 def _mark_sums(readings: list[Reading]) -> list[int]:
     """Mark the rows that sum up a table under it, whatever they are called, and return them."""
     found: list[int] = []
-    for at, one in list(enumerate(readings))[-_MOST_SUMS:]:
-        if not one.marks and _sums_up(readings[:at], one.values):
-            readings[at] = one.marked(STATISTICS)
-            found.append(one.row)
+    for at in range(max(len(readings) - _MOST_SUMS, 0), len(readings)):
+        if not readings[at].marks and _sums_up(readings[:at], readings[at].values):
+            readings[at] = readings[at].marked(STATISTICS)
+            found.append(readings[at].row)
     return found
 
 
@@ -214,14 +214,12 @@ def _faults(
         if quantity not in seen:
             continue
         rows = [row for row, _ in faults]
-        first = faults[0][1]
-        needed = any(quantity in group for group in wanted.required)
         many = f" ({listed(rows)})" if len(rows) > 1 else ""
         left_out = "The rest of the row was read."
-        if needed:
+        if any(quantity in group for group in wanted.required):
             left_out = "The row was left out." if len(rows) == 1 else "The rows were left out."
         yield block.place(rows[0], quantity).warning(
-            f"{_name(quantity)} {first}{many}. {left_out}",
+            f"{_name(quantity)} {faults[0][1]}{many}. {left_out}",
             f"a decimal number (point or comma), {block.columns[quantity].unit_stated()}.",
             'Fix the cell, or mark the row with "#" in column A to leave it out.',
         )

@@ -68,15 +68,13 @@ def rows_wanted(
     found: list[tuple[int, str]] = []
     problems: list[Problem] = []
     for header, text in wanted.only.items():
-        index = next(
-            (
-                index
-                for index, cell in enumerate(sheet.cells(row))
-                if isinstance(cell, str) and is_mapped(Column(header=header), cell)
-            ),
-            None,
-        )
-        if index is None:
+        fits = [
+            (index, text)
+            for index, cell in enumerate(sheet.cells(row))
+            if isinstance(cell, str) and is_mapped(Column(header=header), cell)
+        ]
+        found += fits[:1]
+        if not fits:
             problems.append(
                 sheet.place(row).error(
                     f'there is no column "{header}", stated in vehicle.yaml as columns: '
@@ -85,8 +83,6 @@ def rows_wanted(
                     "Correct the header in vehicle.yaml.",
                 )
             )
-        else:
-            found.append((index, text))
     return tuple(found), problems
 
 
@@ -121,15 +117,15 @@ def choose_sheets(
 def _measured(sheets: Sequence[Sheet], kind: str) -> tuple[tuple[Sheet, ...], tuple[Problem, ...]]:
     """Leave out sheets that are a fit or a calculation by their names, where others are not."""
     kept = [sheet for sheet in sheets if not is_other(HeaderText(sheet.name or ""), _CALCULATED)]
-    if not kept or len(kept) == len(sheets):
+    if not kept:
         return tuple(sheets), ()
-    left_out = [sheet for sheet in sheets if sheet not in kept and any(sheet.rows)]
-    problems = [
+    problems = tuple(
         sheet.place().warning(
             "by its name the sheet is calculated, not measured; it was left out.",
             "measured readings.",
             f"If it is measured, name the sheets in vehicle.yaml under columns: {kind}: sheets.",
         )
-        for sheet in left_out
-    ]
-    return tuple(kept), tuple(problems)
+        for sheet in sheets
+        if sheet not in kept and any(sheet.rows)
+    )
+    return tuple(kept), problems
