@@ -45,11 +45,10 @@ def command_in_codes(table: Table) -> Iterator[Problem]:
 
     def with_code(one: Reading) -> Reading:
         if "code" in one.values:
-            code = one.values["code"] * scale
-        elif "pwm" in one.values:
-            code = (one.values["pwm"] - pwm.neutral_us) * code_max / pwm.half_range_us
-        else:
+            return one.with_values(code=round(one.values["code"] * scale, 9))
+        if "pwm" not in one.values:
             return one
+        code = (one.values["pwm"] - pwm.neutral_us) * code_max / pwm.half_range_us
         return one.with_values(code=round(code, 9))
 
     table.change(with_code)
@@ -176,12 +175,14 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
     if "code" in table.block.columns or not pairs:
         return
     stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
-    low, high = min(one for one, _ in pairs), max(one for one, _ in pairs)
+    widths = [width for width, _ in pairs]
+    low, high, largest = min(widths), max(widths), max(value for _, value in pairs)
     ends = pwm.neutral_us - pwm.half_range_us, pwm.neutral_us + pwm.half_range_us
-    largest = max(value for _, value in pairs)
-    nearest = min((width for width, _ in pairs), key=lambda one: abs(one - pwm.neutral_us))
-    at_nearest = [value for width, value in pairs if width == nearest]
-    at_low = [value for width, value in pairs if width == low]
+    nearest = min(widths, key=lambda one: abs(one - pwm.neutral_us))
+    at_nearest, at_low = (
+        min((value for width, value in pairs if width == at), default=largest)
+        for at in (nearest, low)
+    )
     reach = max(high - pwm.neutral_us, pwm.neutral_us - low)
     said = _range_in_text(f"{table.block.columns['pwm'].header} {heading_text(table.block.above)}")
     taken = f"{ends[0]:g} to {ends[1]:g} us"
@@ -200,29 +201,30 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
         why = f"pulse widths from {low:g} to {high:g} us go beyond the assumed range of {taken}"
     elif (
         low > _SHORTEST_US
-        and min(at_nearest) > _NEUTRAL_SHARE * largest > 0.0
-        and min(at_low) < _FALLS_TO * min(at_nearest)
+        and at_nearest > _NEUTRAL_SHARE * largest > 0.0
+        and at_low < _FALLS_TO * at_nearest
         and low < pwm.neutral_us - 1.0
     ):
         name, unit = quantity.replace("_", " "), "N" if quantity == "thrust" else "rpm"
         why = (
             f"at {nearest:g} us, next to {pwm.neutral_us:g} us that is taken for neutral, {name} "
-            f"is {min(at_nearest):.3g} {unit}, and at {low:g} us {min(at_low):.3g} {unit}"
+            f"is {at_nearest:.3g} {unit}, and at {low:g} us {at_low:.3g} {unit}"
         )
     elif stated and said not in {None, ends}:
-        why = f"the heading says pulse widths of another range than vehicle.yaml, {taken}"
-        yield place.warning(f"{why}.")
+        yield place.warning(
+            f"the heading says pulse widths of another range than vehicle.yaml, {taken}."
+        )
         return
     elif reach < _WITHIN * pwm.half_range_us:
-        why = f"pulse widths from {low:g} to {high:g} us end far within the range of {taken}"
-        what = f"{why}: full command was not tested, or the range is another."
         yield place.warning(
-            what, "", "Correct columns: mooring: pwm_range in vehicle.yaml if it is."
+            f"pulse widths from {low:g} to {high:g} us end far within the range of {taken}: full "
+            "command was not tested, or the range is another.",
+            remedy="Correct columns: mooring: pwm_range in vehicle.yaml if it is.",
         )
         return
     else:
         return
-    one_way = low < pwm.neutral_us - 1.0 and min(at_low, default=largest) < _NEUTRAL_SHARE * largest
+    one_way = low < pwm.neutral_us - 1.0 and at_low < _NEUTRAL_SHARE * largest
     neutral = low if one_way else (low + high) / 2.0
     yield table.leave_out(
         place.error(

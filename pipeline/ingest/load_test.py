@@ -122,8 +122,7 @@ def _remarks(file: Place, points: Sequence[LoadTestPoint]) -> Iterator[Problem]:
     warm = [point.source.sheet for point in points if WARM_UP in point.marks]
     if warm:
         on = counted(len(set(warm)), "sheet")
-        what = f"warm-up: {counted(len(warm), 'row')} on {on}; kept but not fitted."
-        yield file.note(what)
+        yield file.note(f"warm-up: {counted(len(warm), 'row')} on {on}; kept but not fitted.")
 
 
 def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:

@@ -132,9 +132,7 @@ def torque_not_written(table: Table) -> Iterator[Problem]:
     }
     if not empty:
         return
-    table.readings = [
-        one.marked("torque not written") if one.row in empty else one for one in table.readings
-    ]
+    table.mark(empty, "torque not written")
     yield table.at(min(empty), "torque").warning(
         f"the torque is 0 in {listed(sorted(empty))}, where the shaft turns slower than with a "
         "load: nothing was measured there; left out.",

@@ -155,15 +155,12 @@ def tell_codes(tables: Sequence[Table], path: Path) -> list[float | None]:
 
     None where rows or nothing state it. Where it was found is noted in the table.
     """
-    codes: list[float | None] = []
-    for table in tables:
-        code, table.code_from = _code_of(table, path)
-        codes.append(code)
+    codes = [_code_of(table, path) for table in tables]
     for position, table in enumerate(tables):
         # "Code 90" stands over the first of two tables side by side and holds for both.
         beside = {
-            codes[other]
-            for other, one in enumerate(tables)
+            code
+            for code, one in zip(codes, tables, strict=True)
             if one.head == table.head and one.code_from == "table heading"
         }
         if (
@@ -175,13 +172,13 @@ def tell_codes(tables: Sequence[Table], path: Path) -> list[float | None]:
     return codes
 
 
-def _code_of(table: Table, path: Path) -> tuple[float | None, str]:
-    """Return the code of a table, and where it was found."""
+def _code_of(table: Table, path: Path) -> float | None:
+    """Return the code of a table, and note there where it was found."""
     block, code_max = table.block, table.vehicle.drive.code_max
-    if "code" in block.columns:
-        return None, "code column"
-    if "pwm" in block.columns:
-        return None, "pulse width column"
+    for column, called in (("code", "code column"), ("pwm", "pulse width column")):
+        if column in block.columns:
+            table.code_from = called
+            return None
     name = block.sheet.name
     in_name = None if name is None else code_in_text(name, alone=True)
     heading = _code_in(block.above)  # the nearest goes first
@@ -194,11 +191,14 @@ def _code_of(table: Table, path: Path) -> tuple[float | None, str]:
             )
             remedy = "Correct the heading or the name."
             table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
-        return in_heading, "table heading"
+        table.code_from = "table heading"
+        return in_heading
     for code, origin in ((in_name, "sheet name"), (code_in_text(path.stem), "file name")):
         if code is not None:
-            return _with_sign(table, code), origin
-    return None, "not stated"
+            table.code_from = origin
+            return _with_sign(table, code)
+    table.code_from = "not stated"
+    return None
 
 
 def _in_codes(table: Table, code: CodeText) -> float:

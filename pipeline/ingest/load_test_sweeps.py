@@ -79,13 +79,12 @@ def with_signs_of_codes(table: Table) -> Iterator[Problem]:
     names = " and ".join("speed" if name.startswith("shaft") else "torque" for name in unsigned)
     what = f"{names} stand without sign at the negative codes: given the sign of the code."
     yield table.at(back[0].row).note(what)
-    table.change(
-        lambda one: (
-            one.with_values(**{name: -abs(one.values[name]) for name in unsigned})
-            if one.values.get("code", 0.0) < 0.0
-            else one
-        )
-    )
+    table.readings = [
+        one.with_values(**{name: -abs(one.values[name]) for name in unsigned})
+        if one.values.get("code", 0.0) < 0.0
+        else one
+        for one in table.readings
+    ]
 
 
 def _sign_problem(table: Table, quantity: str, rows: list[int], *, whole: bool) -> Problem:

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,28 +35,19 @@ def points_of_file(tables: Sequence[Table]) -> list[tuple[MooringPoint, ...]]:
     and constant outside; a table without one uses those of the whole file; a file without one is
     left as it is, with a note. A reading at code 0 is marked: its residual is zero by construction.
     """
-    zeros: list[tuple[FloatArray, FloatArray]] = []
-    start = 0
-    for table in tables:
-        at = [number for number, one in enumerate(table.readings) if one.is_zero]
-        zero_n = numbers((table.readings[number] for number in at), "thrust")
-        zeros.append((np.array(at, float) + start, zero_n))
-        start += len(table.readings)
-    everywhere = (
-        np.concatenate([np.zeros(0), *(positions for positions, _ in zeros)]),
-        np.concatenate([np.zeros(0), *(readings for _, readings in zeros)]),
-    )
-    if any(table.live() for table in tables) and not everywhere[0].size:
+    every = [(table, one) for table in tables for one in table.readings]
+    thrust_n = numbers((one for _, one in every), "thrust")
+    zero = np.array([one.is_zero for _, one in every], np.bool_)
+    if any(table.live() for table in tables) and not zero.any():
         what = "there is no reading at code 0: the tare of the force sensor is not removed."
         remedy = "Take one before and one after each sweep."
         tables[0].problems.append(replace(tables[0].place, sheet=None).note(what, "", remedy))
     points: list[tuple[MooringPoint, ...]] = []
-    start = 0
-    for table, own in zip(tables, zeros, strict=True):
-        position = np.arange(start, start + len(table.readings), dtype=float)
-        start += len(table.readings)
-        tares = own if own[0].size else everywhere
-        points.append(_points(table, position, tares) if table.readings else ())
+    for table in tables:
+        own = np.array([one is table for one, _ in every], np.bool_)
+        at = np.flatnonzero(zero & own if (zero & own).any() else zero)
+        tares = at.astype(float), thrust_n[at]
+        points.append(_points(table, np.flatnonzero(own).astype(float), tares) if own.any() else ())
     return points
 
 
@@ -69,15 +60,16 @@ def _points(
     raw_n = thrust_n - tare_n
     _report_tare(table, zeros[1], raw_n[used])
     at_rest = float(np.median(zeros[1])) if len(zeros[1]) else 0.0
-    signs = _signed_thrust(table, codes, raw_n, used, at_rest)
-    if signs is None:
+    turned = _signs(table, codes, raw_n, used, at_rest)
+    if turned is None:
         return ()
+    signs, against = turned
     shaft_speed_rpm = _signed_shaft_speed(table, codes)
     senses = _senses(codes, used, table.sense)
     points = []
     for index, reading in enumerate(table.readings):
         marks = list(reading.marks)
-        if index in signs.against:
+        if index in against:
             marks.append("thrust against the code")
         if codes[index] == 0.0 and not marks:
             marks.append("zero reading")
@@ -85,8 +77,8 @@ def _points(
             MooringPoint(
                 source=Source(file=table.place.file, sheet=table.place.sheet, row=reading.row),
                 code=float(codes[index]),
-                thrust_n=float(signs.thrust_n[index]),
-                tare_n=float(tare_n[index]) * float(signs.tare_signs[index]) + 0.0,  # no -0.0
+                thrust_n=float(raw_n[index] * signs[index]),
+                tare_n=float(tare_n[index]) * float(signs[index]) + 0.0,  # no -0.0
                 speed_mps=reading.values.get("speed", 0.0),
                 shaft_speed_rpm=shaft_speed_rpm[index],
                 voltage_v=reading.values.get("voltage", table.nominal_voltage_v),
@@ -125,29 +117,17 @@ def _senses(codes: FloatArray, used: BoolArray, stated: Sweep | None) -> tuple[S
     return tuple(found)
 
 
-@dataclass(frozen=True)
-class _SignedThrust:
-    """Thrust with the sign of its code.
-
-    `against` are the positions that stayed against their code; `tare_signs` is -1 where the
-    reading, and so its tare, was turned round.
-    """
-
-    thrust_n: FloatArray
-    tare_signs: FloatArray
-    against: frozenset[int] = frozenset()
-
-
-def _signed_thrust(
+def _signs(
     table: Table, codes: FloatArray, thrust_n: FloatArray, used: BoolArray, tare_n: float
-) -> _SignedThrust | None:
+) -> tuple[FloatArray, list[int]] | None:
     """Check that thrust, without its tare, goes with the code; None leaves the table out.
 
-    Where thrust is never negative although codes are, it was written as a size and is given the
-    sign of its code. Where it goes against most codes, the table is left out: a sensor the other
-    way round is the engineer's to state. Single rows are named.
+    Returns what each thrust and its tare are to be multiplied by, and the positions that stay
+    against their code. Where thrust is never negative although codes are, it was written as a size
+    and is given the sign of its code. Where it goes against most codes, the table is left out: a
+    sensor the other way round is the engineer's to state. Single rows are named.
     """
-    same, say = np.ones(len(codes)), table.problems.append
+    say = table.problems.append
     size = np.abs(thrust_n)
     largest = float(np.max(size[used], initial=0.0))
     counts = used & (size > _SIGNIFICANT_SHARE * largest) & (codes != 0.0)
@@ -160,7 +140,7 @@ def _signed_thrust(
         if one_sided and abs(tare_n) > _MOST_TARE * largest and {-1.0, 1.0} <= set(np.sign(before)):
             say(_both_signs(table, before, codes))
             return None
-        return _SignedThrust(thrust_n, same)
+        return np.ones(len(codes)), []
     number, total = int(wrong.sum()), int(counts.sum())
     if not (wrong & (codes > 0.0)).any() and not (right & (codes < 0.0)).any():
         say(
@@ -171,8 +151,7 @@ def _signed_thrust(
                 "Write the minus signs if the thruster really pulled backwards.",
             )
         )
-        signs = np.where(codes < 0.0, -1.0, 1.0)
-        return _SignedThrust(thrust_n * signs, signs)
+        return np.where(codes < 0.0, -1.0, 1.0), []
     if one_sided and number >= _LEAST_OF_A_SIGN and total - number >= _LEAST_OF_A_SIGN:
         say(_both_signs(table, thrust_n[counts], codes))
         return None
@@ -192,7 +171,7 @@ def _signed_thrust(
     what = f"thrust has the sign opposite to its code in {listed(named)}; left out."
     expected, remedy = "positive thrust at positive codes.", "Correct the sign or the code."
     say(table.at(named[0]).warning(what, expected, remedy))
-    return _SignedThrust(thrust_n, same, frozenset(against))
+    return np.ones(len(codes)), against
 
 
 def _both_signs(table: Table, thrust_n: FloatArray, codes: FloatArray) -> Problem:
@@ -211,25 +190,20 @@ def _signed_shaft_speed(table: Table, codes: FloatArray) -> list[float | None]:
     """Give the shaft speed the sign of its code where it was read without one. [rpm]."""
     speeds = numbers(table.readings, "shaft_speed")
     turning = np.isfinite(speeds) & (speeds != 0.0) & (codes != 0.0)
-    wrong = turning & (speeds * codes < 0.0)
-    if wrong.any():
-        number, total = int(wrong.sum()), int(turning.sum())
-        if np.all(speeds[turning] > 0.0):
-            said = table.place.note(
-                "shaft speed is given without sign: it takes the sign of its code."
-            )
-            speeds = np.where(codes < 0.0, -speeds, speeds)
-        elif number == total:
-            said = table.place.note(
-                "shaft speed is negative at positive codes: its sign was turned round."
-            )
-            speeds = -speeds
-        else:
-            what = f"shaft speed has the sign opposite to its code in {number} of {total} rows."
-            said = table.place.warning(what, "", "Check these rows.")
-        table.problems.append(said)
-        speeds = speeds + 0.0  # turns -0.0 into 0.0
-    return [None if np.isnan(one) else float(one) for one in speeds]
+    number, total = int((turning & (speeds * codes < 0.0)).sum()), int(turning.sum())
+    if number and np.all(speeds[turning] > 0.0):
+        what = "shaft speed is given without sign: it takes the sign of its code."
+        table.problems.append(table.place.note(what))
+        speeds = np.where(codes < 0.0, -speeds, speeds)
+    elif 0 < number == total:
+        what = "shaft speed is negative at positive codes: its sign was turned round."
+        table.problems.append(table.place.note(what))
+        speeds = -speeds
+    elif number:
+        what = f"shaft speed has the sign opposite to its code in {number} of {total} rows."
+        table.problems.append(table.place.warning(what, "", "Check these rows."))
+    # adding 0.0 turns -0.0 into 0.0
+    return [None if np.isnan(one) else float(one) + 0.0 for one in speeds]
 
 
 def sweeps(codes: Sequence[float]) -> tuple[Sweep, ...]:

@@ -115,19 +115,17 @@ def _notes(table: Table) -> Iterator[Problem]:
         if name in there and not there & stated
     ]
     if raw:
-        what = (
+        yield block.place(block.header_row).note(
             f"{' and '.join(raw)} made a coefficient with density "
             f"{vehicle.water.density_kgpm3:g} kg/m^3 and diameter "
             f"{vehicle.propeller.diameter_m:g} m of vehicle.yaml."
         )
-        yield block.place(block.header_row).note(what)
     if "power_coefficient" in there:
-        what = (
+        place = block.place(block.header_row, "power_coefficient")
+        yield place.note(
             "C_P = P / (rho n^3 D^5) and C_T = T / (rho n^2 D^4) are assumed: K_Q = C_P / 2 pi, "
             "K_T = C_T, whatever the fluid."
         )
-        place = block.place(block.header_row, "power_coefficient")
-        yield place.note(what)
 
 
 def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:
@@ -135,16 +133,16 @@ def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[t
     large = [reading.row for reading, found in rows if found.is_impossible]
     # where many are, the column is another quantity, and what is small of it is no better
     none_is_sound = len(large) > _MOST_LARGE * len(rows)
-    beyond: list[int] = []
-    marks: list[tuple[str, ...]] = []
-    for reading, found in rows:
-        own = list(reading.marks)
-        if abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO:
-            own.append("advance ratio beyond any propeller")
-            beyond.append(reading.row)
-        elif none_is_sound or found.is_impossible:
-            own.append("coefficient beyond any propeller")
-        marks.append(tuple(own))
+    far = [abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO for _, found in rows]
+    beyond = [reading.row for (reading, _), is_far in zip(rows, far, strict=True) if is_far]
+    marks = [
+        (*reading.marks, "advance ratio beyond any propeller")
+        if is_far
+        else (*reading.marks, "coefficient beyond any propeller")
+        if none_is_sound or found.is_impossible
+        else reading.marks
+        for (reading, found), is_far in zip(rows, far, strict=True)
+    ]
     if large:
         what = f"K_T or K_Q beyond any propeller in {listed(large)}; left out."
         if none_is_sound:
@@ -263,12 +261,11 @@ def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> 
             yield table.at(table.head).warning(f"{text}", "", _CHECK_COLUMN)
         return
     if check.suspicion:
-        what = (
-            f"J K_T / (2 pi K_Q) is {check.ratio:.3g} times the efficiency column: "
-            f"{check.suspicion}"
-        )
         yield table.at(table.head, "efficiency").warning(
-            what, "the same efficiency.", _CHECK_COLUMN
+            f"J K_T / (2 pi K_Q) is {check.ratio:.3g} times the efficiency column: "
+            f"{check.suspicion}",
+            "the same efficiency.",
+            _CHECK_COLUMN,
         )
     if check.outliers:
         odd = [used[index][0].row for index in check.outliers]

@@ -114,7 +114,6 @@ def efficiency(advance_ratio: float, thrust_coefficient: float, torque_coefficie
 class EfficiencyCheck:
     """Computed over stated efficiency: median ratio, rows that differ from it, what to suspect."""
 
-    rows: int
     ratio: float
     outliers: tuple[int, ...]
     suspicion: str
@@ -141,7 +140,7 @@ def check_efficiency(computed: Sequence[float], stated: Sequence[float]) -> Effi
     outliers = tuple(
         index for index, one in pairs if abs(one / ratio - 1.0) > max(_EFFICIENCY_SHARE, 0.05)
     )
-    return EfficiencyCheck(len(pairs), ratio, outliers, _suspicion(ratio))
+    return EfficiencyCheck(ratio, outliers, _suspicion(ratio))
 
 
 def _suspicion(ratio: float) -> str:

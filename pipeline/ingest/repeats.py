@@ -66,15 +66,15 @@ class Repeats:
         marked.
         """
         for number, table in enumerate(tables):
-            if self._which != "folder":
+            earlier = [one for one in tables[:number] if one.place != table.place]
+            if self._which == "folder":
+                _codes_twice(table, earlier)
+            else:
                 self._whole(table)
                 self._rows = {}
-                self._rows_twice(table)
-                continue
-            earlier = [one for one in tables[:number] if one.place != table.place]
-            _codes_twice(table, earlier)
             self._rows_twice(table)
-            _derived(table, earlier)
+            if self._which == "folder":
+                _derived(table, earlier)
 
     def _whole(self, table: Table) -> None:
         live = table.live()

@@ -102,19 +102,13 @@ def _of_column(
         return None
     # 1 is reverse in a column that is called so, ahead in one that is called that
     of_head = -_section_sign(head)
-    truths = next(
-        (
-            {text: sign * of_head for text, sign in one.items()}
-            for one in _TRUTHS
-            if of_head and set(distinct) <= set(one)
-        ),
-        None,
-    )
-    if any(is_number(text) for text in distinct) and not (
-        truths or (is_named and set(distinct) <= {*_SIGNS, "1"})
-    ):
+    truths = [one for one in _TRUTHS if of_head and set(distinct) <= set(one)]
+    are_signs = is_named and set(distinct) <= {*_SIGNS, "1"}
+    if any(map(is_number, distinct)) and not (truths or are_signs):
         return None
-    meaning, by_turn = (truths, False) if truths else _meaning(distinct, is_named=is_named)
+    meaning, by_turn = _meaning(distinct, is_named=is_named)
+    if truths:
+        meaning, by_turn = {text: sign * of_head for text, sign in truths[0].items()}, False
     letter = column_letter(index)
     if meaning is None:
         if not is_named or len(distinct) < 2:
@@ -244,10 +238,8 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
     Codes that have signs already keep them, and rows in which the two contradict are named. The
     table is left out where a column parts the rows and nobody knows how.
     """
-    block, codes = (
-        table.block,
-        {one.row: one.values["code"] for one in table.readings if "code" in one.values},
-    )
+    block = table.block
+    codes = {one.row: one.values["code"] for one in table.readings if "code" in one.values}
     if codes:
         stated = getattr(table.vehicle.columns, table.kind).direction
         found = directions_of(block, list(codes), stated, table.kind)
@@ -263,13 +255,12 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
                     f'"{shorten(told)}" says reverse and no code is negative: codes were given a '
                     "minus."
                 )
-            table.change(
-                lambda one: (
-                    one.with_values(code=codes[one.row] * signs.get(one.row, 1))
-                    if one.row in codes
-                    else one
-                )
-            )
+            table.readings = [
+                one.with_values(code=codes[one.row] * signs.get(one.row, 1))
+                if one.row in codes
+                else one
+                for one in table.readings
+            ]
         elif not unknown:
             wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
             if wrong:

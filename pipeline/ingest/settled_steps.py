@@ -41,9 +41,7 @@ def settle(table: Table) -> Iterator[Problem]:
     live = [at for at, one in enumerate(readings) if not one.marks]
     if not live:
         return
-    runs = _runs([readings[at] for at in live])
-    rows = float(np.median([last - first for first, last in runs]))
-    values, time_s, period_s = _in_time(readings, live, table.measured)
+    values, time_s, period_s, runs, rows = _in_time(table.live(), table.measured)
     if np.isnan(time_s).any() and not _begin_late(values, runs):
         return
     if rows < _LEAST_ROWS:
@@ -89,14 +87,13 @@ def settle_loads(table: Table) -> Iterator[Problem]:
     """
     readings = table.readings
     live = [at for at, one in enumerate(readings) if not one.marks]
-    speed, _, period_s = _in_time(readings, live, "shaft_speed")
+    speed, _, period_s, runs, rows = _in_time(table.live(), "shaft_speed")
     if len(live) < _LEAST_RAMP_ROWS or not 0.0 < period_s < _RAMP_PERIOD_S:
         return
-    runs = _runs([readings[at] for at in live])
-    if float(np.median([last - first for first, last in runs])) < _LEAST_ROWS:
+    if rows < _LEAST_ROWS:
         yield _ramp(table, period_s)
         return
-    signals = np.stack([speed, numbers((readings[at] for at in live), "torque")], axis=1)
+    signals = np.stack([speed, numbers(table.live(), "torque")], axis=1)
     largest = np.abs(signals).max(axis=0) + 1e-12
     done = [one if one.marks else one.marked(_SETTLING) for one in readings]
     steady, steps = 0, 0
@@ -113,13 +110,13 @@ def settle_loads(table: Table) -> Iterator[Problem]:
             if as_step:
                 done[at[0]] = _mean([readings[index] for index in at])
     if steady < _LEAST_STEADY * len(live):
-        what = (
+        problem = table.place.error(
             f"a log in time, a row every {period_s:.3g} s, whose speed rests in {steady} of "
-            f"{len(live)} rows only: it lags behind command and load. So the table was left out."
+            f"{len(live)} rows only: it lags behind command and load. So the table was left out.",
+            "steps of the load that are held until the speed rests, or a slow ramp of it.",
+            "Hold each load for some seconds; or write one settled row for each load.",
         )
-        expected = "steps of the load that are held until the speed rests, or a slow ramp of it."
-        remedy = "Hold each load for some seconds; or write one settled row for each load."
-        yield table.leave_out(table.place.error(what, expected, remedy))
+        yield table.leave_out(problem)
         return
     table.readings = done
     if steps or steady < len(live):
@@ -130,13 +127,13 @@ def settle_loads(table: Table) -> Iterator[Problem]:
 
 
 def _in_time(
-    readings: Sequence[Reading], live: Sequence[int], quantity: str
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return a quantity, the times and the usual period of the readings that count. [s]."""
-    own = [readings[at] for at in live]
-    time_s = numbers(own, "time")
-    period_s = float(np.median(np.diff(time_s))) if len(own) > 1 else np.inf
-    return numbers(own, quantity), time_s, period_s
+    readings: Sequence[Reading], quantity: str
+) -> tuple[FloatArray, FloatArray, float, list[tuple[int, int]], float]:
+    """Return a quantity, times, their usual step [s], steps of the command, their usual rows."""
+    time_s, runs = numbers(readings, "time"), _runs(readings) if readings else []
+    period_s = float(np.median(np.diff(time_s))) if len(readings) > 1 else np.inf
+    rows = float(np.median([last - first for first, last in runs])) if runs else 0.0
+    return numbers(readings, quantity), time_s, period_s, runs, rows
 
 
 def _rests(speed: FloatArray, period_s: float) -> BoolArray:

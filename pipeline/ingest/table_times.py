@@ -235,8 +235,8 @@ def _spread(time_ns: IntArray, name: str, place: Place, said: list[Problem]) -> 
 
 def _since_1970(values: npt.NDArray[Any]) -> str:
     """Return the unit of times since 1970 by their size, empty for others."""
-    largest = float(np.median(values)) if values.size else 0.0
-    return next((one for one, least in _SINCE_1970 if largest >= least), "")
+    usual = float(np.median(values)) if values.size else 0.0
+    return next((one for one, least in _SINCE_1970 if usual >= least), "")
 
 
 def _unit_by_numbers(values: npt.NDArray[Any]) -> str:

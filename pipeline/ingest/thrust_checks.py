@@ -108,15 +108,10 @@ def _merit(
     table: Table, used: Sequence[MooringPoint], thrust: FloatArray, rho_area: float
 ) -> FloatArray:
     """Return ideal over drawn power, U I or that of a column."""
-    drawn = {
-        one.row: one.values["input_power"] for one in table.live() if "input_power" in one.values
-    }
-    power_w = np.array(
-        [
-            drawn.get(one.source.row, (one.voltage_v or math.nan) * (one.current_a or math.nan))
-            for one in used
-        ]
-    )
+    drawn = {one.row: one.values.get("input_power") for one in table.live()}
+    both = [(one.voltage_v or math.nan) * (one.current_a or math.nan) for one in used]
+    of_column = [drawn.get(one.source.row) for one in used]
+    power_w = np.array([a if b is None else b for a, b in zip(both, of_column, strict=True)])
     with np.errstate(divide="ignore", invalid="ignore"):
         merit = thrust**1.5 / math.sqrt(2.0 * rho_area) / np.abs(power_w)
     return np.asarray(np.where(np.isfinite(merit), merit, math.nan))
@@ -133,13 +128,8 @@ def shape_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | Non
     used = [point for point in points if not point.marks and point.code != 0.0]
     for sign in (1.0, -1.0):
         own = [point for point in used if sign * point.code > 0.0]
-        if own:
-            found = (
-                _fall(table, own, sign)
-                or _two_values(table, own, sign)
-                or _rests_elsewhere(table, own, sign)
-            )
-            if found is not None:
+        for check in (_fall, _two_values, _rests_elsewhere) if own else ():
+            if (found := check(table, own, sign)) is not None:
                 return found
     return None
 
@@ -275,8 +265,9 @@ def compare_thrusters(
     shares = [share_of(curve, common) for curve in common]
     for at, share in zip(named, shares, strict=True):
         name = tables[at].block.thruster
-        differs = abs(share - 1.0) > ALIKE
-        if differs:
+        marks: tuple[str, ...] = ()
+        if abs(share - 1.0) > ALIKE:
+            marks = ("thruster differs",)
             problems.append(
                 tables[at].place.warning(
                     f'thruster "{name}" gives {share:.2f} of the thrust of the others; kept but '
@@ -285,15 +276,17 @@ def compare_thrusters(
                     "Choose one in vehicle.yaml: columns: {mooring: {thrust: {header: ...}}}.",
                 )
             )
-        marks = ("thruster differs",) if differs else ()
         done[at] = tuple(
             point.model_copy(update={"thruster": name, "marks": (*point.marks, *marks)})
             for point in points[at]
         )
     if not any(abs(share - 1.0) > ALIKE for share in shares):
-        what = f"{len(named)} thrusters, {min(shares):.2f} to {max(shares):.2f} of their median; "
-        what += "fitted together."
-        problems.append(replace(tables[0].place, sheet=None).note(what))
+        problems.append(
+            replace(tables[0].place, sheet=None).note(
+                f"{len(named)} thrusters, {min(shares):.2f} to {max(shares):.2f} of their median; "
+                "fitted together."
+            )
+        )
     return done
 
 
