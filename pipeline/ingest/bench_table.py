@@ -70,6 +70,8 @@ class Table:
     is_left_out: bool = False
     must_go: bool = False
     """It is left out as soon as the signs of its codes are known and told."""
+    code: float | None = None
+    """Of a load test, where neither a column nor a heading between the rows states one."""
     code_from: str = ""
     """Where the codes of a load test were found."""
     nominal_voltage_v: float | None = None

@@ -47,10 +47,10 @@ def _take_steps(file: BenchFile) -> None:
     """Go sheet by sheet: a heading may state the code of several tables."""
     for _, of_sheet in groupby(file.tables, key=lambda one: one.block.sheet.name):
         tables = list(of_sheet)
-        codes = tell_codes(tables, file.path)
-        for table, code in zip(tables, codes, strict=True):
+        tell_codes(tables, file.path)
+        for table in tables:
             table.problems += table.words.problems
-            table.take((factor_unclear, pwm_problems, command_in_codes, with_words(code), *_STEPS))
+            table.take(_STEPS)
 
 
 def _clock_and_powers(table: Table) -> Iterator[Problem]:
@@ -78,6 +78,7 @@ def _clock_and_powers(table: Table) -> Iterator[Problem]:
 
 
 _STEPS: tuple[Step, ...] = (
+    *(factor_unclear, pwm_problems, command_in_codes, with_words),
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
     *(branches_and_warm_up, check_signs, codes_in_range, torque_not_written),
     *(two_curves, check_powers, check_magnitudes, torque_of_current, _clock_and_powers),

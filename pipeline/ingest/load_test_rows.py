@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_table import Reading, RowWords, Step, Table
+from pipeline.ingest.bench_table import Reading, RowWords, Table
 from pipeline.ingest.blocks import Block, HeadingCell, is_commented
 from pipeline.ingest.cells import Row, is_number, parse_number
 from pipeline.ingest.commands import percent_note
@@ -68,23 +68,19 @@ def row_words(block: Block, vehicle: Vehicle) -> RowWords:
     return said
 
 
-def with_words(code: float | None) -> Step:
-    """Return the step that tells code, branch and warm-up by words; `code` is of the table."""
+def with_words(table: Table) -> tuple[Problem, ...]:
+    """Tell code, branch and warm-up of each row by words."""
+    said, code_max = table.words, table.vehicle.drive.code_max
 
-    def step(table: Table) -> tuple[Problem, ...]:
-        said, code_max = table.words, table.vehicle.drive.code_max
+    def told(one: Reading) -> Reading:
+        stated = said.codes[one.row].in_codes(code_max) if one.row in said.codes else table.code
+        if stated is not None and "code" not in one.values:
+            one = one.with_values(code=stated)
+        marks = (*one.marks, *((WARM_UP,) if one.row in said.warm_up else ()))
+        return Reading(one.row, one.values, marks, said.branches.get(one.row))
 
-        def told(one: Reading) -> Reading:
-            stated = said.codes[one.row].in_codes(code_max) if one.row in said.codes else code
-            if stated is not None and "code" not in one.values:
-                one = one.with_values(code=stated)
-            marks = (*one.marks, *((WARM_UP,) if one.row in said.warm_up else ()))
-            return Reading(one.row, one.values, marks, said.branches.get(one.row))
-
-        table.change(told)
-        return ()
-
-    return step
+    table.change(told)
+    return ()
 
 
 def mark_early(table: Table) -> tuple[Problem, ...]:
@@ -150,55 +146,44 @@ def _branch_of_table(block: Block) -> Branch | None:
     return next((branch for branch in told if branch is not None), None)
 
 
-def tell_codes(tables: Sequence[Table], path: Path) -> list[float | None]:
-    """Find the code of each table of a sheet, which the file's name may state, too.
-
-    None where rows or nothing state it. Where it was found is noted in the table.
-    """
-    codes = [_code_of(table, path) for table in tables]
-    for position, table in enumerate(tables):
+def tell_codes(tables: Sequence[Table], path: Path) -> None:
+    """Find the code of each table of a sheet, which the file's name may state, too."""
+    for table in tables:
+        _tell_code(table, path)
+    for table in tables:
         # "Code 90" stands over the first of two tables side by side and holds for both.
         beside = {
-            code
-            for code, one in zip(codes, tables, strict=True)
+            one.code
+            for one in tables
             if one.head == table.head and one.code_from == "table heading"
         }
-        if (
-            table.code_from != "table heading"
-            and len(beside) == 1
-            and table.block.columns.keys().isdisjoint({"code", "pwm"})
-        ):
-            codes[position], table.code_from = beside.pop(), "table heading"
-    return codes
+        of_rows = not table.block.columns.keys().isdisjoint({"code", "pwm"})
+        if table.code_from != "table heading" and len(beside) == 1 and not of_rows:
+            table.code, table.code_from = beside.pop(), "table heading"
 
 
-def _code_of(table: Table, path: Path) -> float | None:
-    """Return the code of a table, and note there where it was found."""
+def _tell_code(table: Table, path: Path) -> None:
+    """Tell the code of a table, and where it was found."""
     block, code_max = table.block, table.vehicle.drive.code_max
-    for column, called in (("code", "code column"), ("pwm", "pulse width column")):
-        if column in block.columns:
-            table.code_from = called
-            return None
-    name = block.sheet.name
+    name, heading = block.sheet.name, _code_in(block.above)  # the nearest goes first
     in_name = None if name is None else code_in_text(name, alone=True)
-    heading = _code_in(block.above)  # the nearest goes first
-    if heading is not None:
-        in_heading = _in_codes(table, heading)
-        if in_name is not None and abs(in_name.in_codes(code_max)) != abs(in_heading):
+    if "code" in block.columns or "pwm" in block.columns:
+        table.code_from = "code column" if "code" in block.columns else "pulse width column"
+    elif heading is not None:
+        table.code, table.code_from = _in_codes(table, heading), "table heading"
+        if in_name is not None and abs(in_name.in_codes(code_max)) != abs(table.code):
             what = (
-                f"the heading says code {in_heading:g}, the sheet's name "
+                f"the heading says code {table.code:g}, the sheet's name "
                 f"{in_name.in_codes(code_max):g}; the heading was used."
             )
             remedy = "Correct the heading or the name."
             table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
-        table.code_from = "table heading"
-        return in_heading
-    for code, origin in ((in_name, "sheet name"), (code_in_text(path.stem), "file name")):
-        if code is not None:
-            table.code_from = origin
-            return _with_sign(table, code)
-    table.code_from = "not stated"
-    return None
+    elif in_name is not None:
+        table.code, table.code_from = _with_sign(table, in_name), "sheet name"
+    elif (in_file := code_in_text(path.stem)) is not None:
+        table.code, table.code_from = _with_sign(table, in_file), "file name"
+    else:
+        table.code_from = "not stated"
 
 
 def _in_codes(table: Table, code: CodeText) -> float:

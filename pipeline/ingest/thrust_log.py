@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, InputError, Place
 from pipeline.ingest.cells import Row, Sheet
 from pipeline.ingest.pool_run import read_pool_run
-from pipeline.ingest.pool_run_resample import kept_readings, resample
+from pipeline.ingest.pool_run_resample import kept_readings, resample, thrusters_of
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -85,21 +85,16 @@ def read_thrust_log(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet,
 
 def _table(run: PoolRun, place: Place) -> RunTable:
     """Put what is read beside the thrust onto one time base."""
-    rate_hz = min(_RATE_HZ, _MOST_ROWS / max(run.duration_s, 1.0))
-    channels = {"thruster_command": "command"}
-    has = {channels.get(one.quantity, one.quantity) for one in run.channels.values()}
-    if "command" not in has:
+    if not thrusters_of(run, "command"):
         raise InputError.at(
             place,
             "it has a measured thrust and no commands of the thrusters.",
             expected="the code of each thruster beside its thrust.",
             remedy="Map them under pool: channels in vehicle.yaml.",
         )
-    wanted = ["command", "shaft_speed", "voltage", "velocity", "angular_velocity", "position"]
-    if {"velocity_earth", "attitude"} <= has:
-        has.add("velocity")
     try:
-        return resample(run, rate_hz, quantities=[name for name in wanted if name in has])
+        rate_hz = min(_RATE_HZ, _MOST_ROWS / max(run.duration_s, 1.0))
+        return resample(run, rate_hz, off_rows=False)
     except CannotComputeError as error:
         raise InputError.at(place, str(error)) from None
 
