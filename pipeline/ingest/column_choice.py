@@ -1,7 +1,7 @@
 """Which of several columns holds a quantity: names, units and what the numbers say together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,56 +44,49 @@ _LEAST_THRUSTERS = 3
 _GRID = 4
 
 
-@dataclass
-class WeighedColumn:
-    """Columns left to read; of the others why not; problems where none leads clearly."""
-
-    matches: list[Match]
-    not_used: dict[int, str] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
-
-
 class ColumnChoice:
-    """Weighs the columns under one row of names against each other."""
+    """The columns under one row of names, weighed against each other.
 
-    def __init__(self, sheet: Sheet, wanted: Wanted, row: int, following: int) -> None:
+    `matches` are those left to read, at most one of a quantity for each table, where the others are
+    explained: `not_used` says why not; `problems` are told where none leads clearly.
+    """
+
+    def __init__(
+        self, sheet: Sheet, wanted: Wanted, row: int, following: int, matches: Sequence[Match]
+    ) -> None:
+        """Leave out what cannot be, and choose among what is left."""
+        self.matches = list(matches)
+        self.not_used: dict[int, str] = {}
+        self.problems: list[Problem] = []
         self._sheet = sheet
         self._wanted = wanted
         self._row = row
         self._rows = (row + 1, min(following, sheet.last_row + 1) - 1)
         self._data: dict[int, ColumnData] = {}
-
-    def weigh(self, matches: Sequence[Match]) -> WeighedColumn:
-        """Leave out what cannot be, and choose among what is left.
-
-        At most one column of a quantity remains for each table, where the others are explained.
-        """
-        weighed = WeighedColumn(list(matches))
-        self._without_impossible(weighed)
-        self._with_electrical_speed(weighed)
-        if not self._has_tables_beside(weighed.matches):
+        self._without_impossible()
+        self._with_electrical_speed()
+        if not self._has_tables_beside():
             for quantity in _SINGLE:
                 needed = any(quantity in group for group in self._wanted.required)
                 if needed or quantity in _ROLES:
-                    self._choose(quantity, weighed)
-            self._commands_agree(weighed)
-        return weighed
+                    self._choose(quantity)
+            self._commands_agree()
 
     def _numbers(self, match: Match) -> ColumnData:
         if match.index not in self._data:
             self._data[match.index] = read_column(self._sheet, match.index, self._rows)
         return self._data[match.index]
 
-    def _without_impossible(self, weighed: WeighedColumn) -> None:
+    def _without_impossible(self) -> None:
         """Leave out the columns that contradict their name, where another one stands for them."""
-        faults = {id(match): self._fault(match) for match in weighed.matches}
+        faults = {id(match): self._fault(match) for match in self.matches}
         kept: list[Match] = []
-        for match in weighed.matches:
+        for match in self.matches:
             fault = faults[id(match)]
             role = _ROLES.get(match.quantity, match.quantity)
             others = [
                 other
-                for other in weighed.matches
+                for other in self.matches
                 if _ROLES.get(other.quantity, other.quantity) in {role, f"electrical_{role}"}
                 and other is not match
                 and not faults[id(other)]
@@ -103,15 +96,15 @@ class ColumnChoice:
             stated = match.quantity in self._wanted.mapping
             alone_no = fault in {_COUNTS, _CONSTANT} and self._is_symbol(match)
             if fault and not stated and (others or alone_no):
-                weighed.not_used[match.index] = fault
+                self.not_used[match.index] = fault
             else:
                 kept.append(match)
         best = {one.quantity: one for one in sorted(kept, key=lambda one: one.score)}
         dead = {name for name in _CHANNELS if name in best and faults[id(best[name])] == _ZERO}
         for match in [one for one in kept if one.quantity in dead - self._wanted.mapping.keys()]:
-            weighed.not_used[match.index] = faults[id(match)] or "the channel of this is dead"
+            self.not_used[match.index] = faults[id(match)] or "the channel of this is dead"
             kept.remove(match)
-        weighed.matches = kept
+        self.matches = kept
 
     def _is_symbol(self, match: Match) -> bool:
         return match.header.name.strip() in self._wanted.vocabulary[match.quantity].symbols
@@ -150,26 +143,26 @@ class ColumnChoice:
                 return unit
         return next(iter(self._sheet.units_shown(index, self._rows)), None)
 
-    def _with_electrical_speed(self, weighed: WeighedColumn) -> None:
+    def _with_electrical_speed(self) -> None:
         """Take no electrical speed for the shaft's, unless the stand says that it converted it."""
-        electrical = [match for match in weighed.matches if match.quantity == ELECTRICAL]
-        weighed.matches = [match for match in weighed.matches if match.quantity != ELECTRICAL]
+        electrical = [match for match in self.matches if match.quantity == ELECTRICAL]
+        self.matches = [match for match in self.matches if match.quantity != ELECTRICAL]
         names = {plain(str(cell)) for cell in self._sheet.cells(self._row) if cell is not None}
         by_stand = any(name.startswith("motor optical speed") for name in names)
         for match in electrical:
-            if any(other.quantity == "shaft_speed" for other in weighed.matches):
-                weighed.not_used[match.index] = "another column holds the speed of the shaft"
+            if any(other.quantity == "shaft_speed" for other in self.matches):
+                self.not_used[match.index] = "another column holds the speed of the shaft"
             elif by_stand:
-                weighed.matches.append(replace(match, quantity="shaft_speed"))
+                self.matches.append(replace(match, quantity="shaft_speed"))
                 what = (
                     f'shaft speed is read from "{shorten(match.text)}": the stand has divided it '
                     "by the pole pairs that were set there, and measured no other speed."
                 )
                 place = self._sheet.place(self._row, column_letter(match.index))
-                weighed.problems.append(place.note(what))
+                self.problems.append(place.note(what))
             else:
-                weighed.not_used[match.index] = "the pole pairs of the motor are not stated"
-                weighed.problems.append(self._pole_pairs_wanted(match))
+                self.not_used[match.index] = "the pole pairs of the motor are not stated"
+                self.problems.append(self._pole_pairs_wanted(match))
 
     def _pole_pairs_wanted(self, match: Match) -> Problem:
         needed = any("shaft_speed" in group for group in self._wanted.required)
@@ -184,32 +177,32 @@ class ColumnChoice:
             f'{{header: "{header}", unit: rpm, pole_pairs: ...}}',
         )
 
-    def _has_tables_beside(self, matches: Sequence[Match]) -> bool:
+    def _has_tables_beside(self) -> bool:
         """Tell whether whole tables stand side by side: everything that a table needs is twice."""
         counts = []
         for group in self._wanted.required:
-            own = [match for match in matches if match.quantity in group]
+            own = [match for match in self.matches if match.quantity in group]
             names = [_stem(match) for match in own]
             counts.append(max((names.count(name) for name in names), default=0))
         return min(counts, default=0) > 1
 
-    def _choose(self, quantity: str, weighed: WeighedColumn) -> None:
+    def _choose(self, quantity: str) -> None:
         """Explain every second column of a quantity by the first, or refuse the table."""
-        of_quantity = [match for match in weighed.matches if match.quantity == quantity]
+        of_quantity = [match for match in self.matches if match.quantity == quantity]
         for candidates in self._by_branch(of_quantity):
             is_grid = len(candidates) >= _GRID and len({one.text for one in candidates}) == 1
             if len(candidates) < 2 or is_grid:
                 continue
-            left = self._unexplained(candidates, weighed.not_used)
+            left = self._unexplained(candidates)
             for match in candidates:
-                if match.index in weighed.not_used:
-                    weighed.matches.remove(match)
+                if match.index in self.not_used:
+                    self.matches.remove(match)
             if len(left) < 2 or _are_thrusters(left):
                 continue
-            weighed.problems.append(self._tie(quantity, left))
+            self.problems.append(self._tie(quantity, left))
             for match in left:
-                weighed.matches.remove(match)
-                weighed.not_used[match.index] = "another column may be meant as well"
+                self.matches.remove(match)
+                self.not_used[match.index] = "another column may be meant as well"
 
     def _by_branch(self, matches: Sequence[Match]) -> list[list[Match]]:
         """Part the columns by what their names say of branch or direction."""
@@ -222,7 +215,7 @@ class ColumnChoice:
             groups.setdefault(told, []).append(match)
         return list(groups.values())
 
-    def _unexplained(self, candidates: Sequence[Match], not_used: dict[int, str]) -> list[Match]:
+    def _unexplained(self, candidates: Sequence[Match]) -> list[Match]:
         """Return the columns that may be meant; of the others `not_used` says why they are not."""
         numbers = [self._in_record_unit(match) for match in candidates]
         wholes = wholes_of(numbers)
@@ -234,7 +227,7 @@ class ColumnChoice:
             kept = candidates[at]
             for match in candidates:
                 if match is not kept:
-                    not_used[match.index] = f'"{shorten(kept.text)}" is the {kind} of these'
+                    self.not_used[match.index] = f'"{shorten(kept.text)}" is the {kind} of these'
             return [kept]
         order = sorted(range(len(candidates)), key=lambda at: -self._clarity(candidates[at]))
         left: list[int] = []
@@ -250,7 +243,7 @@ class ColumnChoice:
             if not reason and lead >= _LEAD and not _is_of_sides(first, match):
                 reason = f'"{shorten(first.text)}" names the quantity more clearly'
             if reason:
-                not_used[match.index] = reason
+                self.not_used[match.index] = reason
             else:
                 left.append(at)
         return [candidates[at] for at in sorted(left)]
@@ -272,22 +265,22 @@ class ColumnChoice:
             return candidates[first].score - candidates[at].score
         return self._clarity(candidates[first]) - self._clarity(candidates[at])
 
-    def _commands_agree(self, weighed: WeighedColumn) -> None:
+    def _commands_agree(self) -> None:
         """Refuse codes and pulse widths that do not go together; a letter alone is no command."""
-        pulses = [match for match in weighed.matches if match.quantity == "pwm"]
-        for match in [one for one in weighed.matches if one.quantity == "code"]:
+        pulses = [match for match in self.matches if match.quantity == "pwm"]
+        for match in [one for one in self.matches if one.quantity == "code"]:
             counts = self._is_symbol(match) and self._numbers(match).is_even
             against = next(
                 (one for one in pulses if counts or not self._go_together(match, one)), None
             )
             if against is None or "code" in self._wanted.mapping:
                 continue
-            weighed.matches.remove(match)
-            weighed.not_used[match.index] = f'it does not go with "{shorten(against.text)}"'
+            self.matches.remove(match)
+            self.not_used[match.index] = f'it does not go with "{shorten(against.text)}"'
             if not self._is_symbol(match):
-                weighed.matches.remove(against)
-                weighed.not_used[against.index] = f'it does not go with "{shorten(match.text)}"'
-                weighed.problems.append(self._tie("code", [match, against]))
+                self.matches.remove(against)
+                self.not_used[against.index] = f'it does not go with "{shorten(match.text)}"'
+                self.problems.append(self._tie("code", [match, against]))
                 return
 
     def _go_together(self, first: Match, second: Match) -> bool:

@@ -53,14 +53,17 @@ class _RefusedError(Exception):
 
 
 def read_columns(
-    sheet: Sheet, wanted: Wanted, rows: HeadRows, group: Mapping[str, Match]
-) -> tuple[dict[str, BlockColumn], list[Problem]]:
+    sheet: Sheet,
+    wanted: Wanted,
+    rows: HeadRows,
+    group: Mapping[str, Match],
+    problems: list[Problem],
+) -> dict[str, BlockColumn]:
     """Find the units of a table's columns; a problem is told for each that was left out.
 
     `group` has the column of each quantity.
     """
     columns: dict[str, BlockColumn] = {}
-    problems: list[Problem] = []
     for quantity, match in group.items():
         words, stated = wanted.vocabulary[quantity], wanted.mapping.get(quantity)
         column = BlockColumn(
@@ -74,8 +77,7 @@ def read_columns(
         try:
             _check_factor(column, words, stated)
             written = _units_written(sheet, words, match, rows, stated)
-            read, notes = _with_signs(sheet, _with_unit(column, words, match, written), rows)
-            problems += notes
+            read = _with_signs(sheet, _with_unit(column, words, match, written), rows, problems)
             _check_contradiction(read, words, [*written, *_units_in_titles(sheet, words, rows)])
             scale = 1.0 if stated is None else stated.scale / (stated.pole_pairs or 1)
             columns[quantity] = replace(read, factor=read.factor * scale)
@@ -90,28 +92,24 @@ def read_columns(
             needed = any(quantity in one and others.isdisjoint(one) for one in wanted.required)
             place = sheet.place(row, column.letter)
             problems.append(_problem(column, place, refused, wanted.kind, needed=needed))
-    return columns, problems
+    return columns
 
 
 def _with_signs(
-    sheet: Sheet, column: BlockColumn, rows: HeadRows
-) -> tuple[BlockColumn, list[Problem]]:
+    sheet: Sheet, column: BlockColumn, rows: HeadRows, problems: list[Problem]
+) -> BlockColumn:
     """Tell whether the signs in the numbers part thousands, and say so."""
     span = (rows.data, rows.last)
     meaning = meaning_of_signs(sheet, column.index, span, column.quantity, column.factor)
-    if meaning != "thousands":
-        return replace(column, signs_mean=meaning), []
-    row, cell = next(
-        (at, one)
-        for at in range(rows.data, rows.last + 1)
-        if is_unclear(one := sheet.cell(at, column.index))
-    )
-    what = (
-        f'{column.quantity.replace("_", " ")}: "{cell}" is read as {without_thousands(cell)}; the '
-        "other numbers say that the sign parts thousands."
-    )
-    note = sheet.place(row, column.letter).note(what)
-    return replace(column, signs_mean=meaning), [note]
+    if meaning == "thousands":
+        cells = sheet.column(column.index, span)
+        at, cell = next((at, one) for at, one in enumerate(cells) if is_unclear(one))
+        what = (
+            f'{column.quantity.replace("_", " ")}: "{cell}" is read as {without_thousands(cell)}; '
+            "the other numbers say that the sign parts thousands."
+        )
+        problems.append(sheet.place(rows.data + at, column.letter).note(what))
+    return replace(column, signs_mean=meaning)
 
 
 def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:

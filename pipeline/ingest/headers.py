@@ -88,17 +88,17 @@ def _blocks_of_header(  # noqa: PLR0917  one caller
 ) -> int:
     """Add the tables under a row of names, and problems; return the last row of all of them."""
     free_from, following = bounds
-    weighed = ColumnChoice(sheet, wanted, row, following).weigh(matches)
-    problems += weighed.problems
-    if not wanted.is_complete({match.quantity for match in weighed.matches}):
+    choice = ColumnChoice(sheet, wanted, row, following, matches)
+    problems += choice.problems
+    if not wanted.is_complete({match.quantity for match in choice.matches}):
         return row
-    groups = _side_by_side(sheet, wanted, row, weighed.matches, problems)
-    for match in weighed.matches if groups else ():
+    groups = _side_by_side(sheet, wanted, row, choice.matches, problems)
+    for match in choice.matches if groups else ():
         read = groups[0].get(match.quantity, match)
         if all(match not in group.values() for group in groups):
             why = f'{match.quantity.replace("_", " ")} is read from "{shorten(read.text)}"'
-            weighed.not_used.setdefault(match.index, why)
-    thrusters = told_apart([match for match in weighed.matches if match.quantity == "thrust"])
+            choice.not_used.setdefault(match.index, why)
+    thrusters = told_apart([match for match in choice.matches if match.quantity == "thrust"])
     starts = [min(match.index for match in group.values()) for group in groups]
     starts = [0, *starts[1:], sheet.width]
     last_of_all = row
@@ -120,14 +120,13 @@ def _blocks_of_header(  # noqa: PLR0917  one caller
             last = _end_of_data(sheet, first, following, [group[name].index for name in required])
         low, after = starts[number : number + 2]
         high = after - 1
-        columns, wrong = read_columns(sheet, wanted, HeadRows(free_from, row, first, last), group)
-        problems += wrong
+        rows = HeadRows(free_from, row, first, last)
+        columns = read_columns(sheet, wanted, rows, group, problems)
         last_of_all = max(last_of_all, last)
         if not wanted.is_complete(set(columns)):
             continue
-        only, wrong = rows_wanted(sheet, wanted, row)
-        problems += wrong
-        if wrong:
+        only = rows_wanted(sheet, wanted, row, problems)
+        if len(only) < len(wanted.only):
             continue
         above = headings(sheet, max(free_from, row - _HEADING_ROWS), row, low, high)
         above += headings(sheet, row + 1, first, low, high)
@@ -139,7 +138,7 @@ def _blocks_of_header(  # noqa: PLR0917  one caller
                 first_row=first,
                 last_row=last,
                 above=above,
-                not_used=weighed.not_used,
+                not_used=choice.not_used,
                 thruster=thrusters.get(columns["thrust"].index) if thrusters else None,
                 only=only,
                 span=(low, high),
@@ -235,10 +234,9 @@ def odd_letters(texts: Iterable[str]) -> str:
             latin, cyrillic = _LATIN.findall(word), _CYRILLIC.findall(word)
             if not latin or not cyrillic:
                 continue
+            few = "".join(dict.fromkeys(cyrillic if len(latin) >= len(cyrillic) else latin))
             if len(latin) >= len(cyrillic):
-                few = "".join(dict.fromkeys(cyrillic))
                 return f'In "{word}" Cyrillic letters ({few}) stand among Latin ones'
-            few = "".join(dict.fromkeys(latin))
             return f'In "{word}" Latin letters ({few}) stand among Cyrillic ones'
     for encoding in _OLD_ENCODINGS:
         read = [_read_as(text, encoding) for text in texts]

@@ -62,11 +62,10 @@ def missing_columns(sheet: Sheet, wanted: Wanted) -> Iterator[Problem]:
 
 
 def rows_wanted(
-    sheet: Sheet, wanted: Wanted, row: int
-) -> tuple[tuple[tuple[int, str], ...], list[Problem]]:
-    """Return the columns that choose rows (``only``), as (column index, text), and problems."""
+    sheet: Sheet, wanted: Wanted, row: int, problems: list[Problem]
+) -> tuple[tuple[int, str], ...]:
+    """Return the columns that choose rows (``only``), as (column index, text)."""
     found: list[tuple[int, str]] = []
-    problems: list[Problem] = []
     for header, text in wanted.only.items():
         fits = [
             (index, text)
@@ -83,7 +82,7 @@ def rows_wanted(
                     "Correct the header in vehicle.yaml.",
                 )
             )
-    return tuple(found), problems
+    return tuple(found)
 
 
 def choose_sheets(

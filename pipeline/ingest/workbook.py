@@ -319,7 +319,7 @@ def _fill_merged(
                 expected="merged ranges that do not overlap, as a spreadsheet program makes them.",
                 remedy="Unmerge the cells in a spreadsheet program and save the workbook again.",
             )
-        for row in range(top, min(bottom + 1, len(rows))):
+        for row in range(top, top + height):
             for column in range(left, min(right + 1, len(rows[row]))):
                 if (row, column) != (top, left):
                     rows[row][column] = rows[top][left]
