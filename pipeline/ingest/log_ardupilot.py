@@ -224,10 +224,9 @@ def _messages_of_tlog(path: Path, facts: LogFacts) -> dict[str, _Part]:
     """
     from pymavlink import mavutil
 
-    log = mavutil.mavlogfile(str(path))
     by_system: dict[int, dict[_Source, _Part]] = {}
     autopilots: dict[tuple[int, int], int] = {}
-    try:
+    with closing(mavutil.mavlogfile(str(path))) as log:
         while (message := log.recv_msg()) is not None:
             kind, system = message.get_type(), message.get_srcSystem()
             time_us = message._timestamp * 1e6  # noqa: SLF001 - its only name
@@ -245,8 +244,6 @@ def _messages_of_tlog(path: Path, facts: LogFacts) -> dict[str, _Part]:
             times.append(round(time_us) * 1000)
             for name in message.fieldnames:
                 fields.setdefault(name, []).append(getattr(message, name))
-    finally:
-        log.close()
     if not by_system:
         return {}
     system, own = _autopilot(by_system, autopilots, facts)

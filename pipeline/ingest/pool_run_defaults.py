@@ -106,14 +106,15 @@ def choose_by_default(
         for rule in RULES
         if rule.quantity not in taken and _fits(rule, topic)
     ]
-    spaces = _namespaces_of(fits, vehicle.name)
+    not_ours, warning = _other_vehicles(fits, vehicle.name)
     candidates: dict[str, list[_Candidate]] = {}
     for topic, rule in fits:
         found = candidates.setdefault(same_quantities(rule.quantity)[0], [])
         # the largest wins; a command may be given once
         is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
         is_wanted = not is_through_water(rule.quantity, topic.name)
-        order = (spaces.is_ours(topic.name), is_running, is_wanted, rule.rank, topic.messages)
+        is_ours = _first(topic.name) not in not_ours
+        order = (is_ours, is_running, is_wanted, rule.rank, topic.messages)
         found.append((order, topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)
@@ -121,25 +122,11 @@ def choose_by_default(
             groups.append(plans)
         elif quantity in PER_THRUSTER:
             each += _one_topic_each(found, thrusters, notes)
-    return groups, each, spaces.warning
+    return groups, each, warning
 
 
-@dataclass(frozen=True)
-class _Namespaces:
-    """First parts of topics that look like those of vehicles, and which is ours ("" unknown)."""
-
-    of_vehicles: frozenset[str]
-    home: str
-    warning: str = ""
-
-    def is_ours(self, topic: str) -> bool:
-        """Tell whether a topic is not of another vehicle."""
-        first = _first(topic)
-        return not self.home or first == self.home or first not in self.of_vehicles
-
-
-def _namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> _Namespaces:
-    """Find the namespaces of several vehicles in one log.
+def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tuple[set[str], str]:
+    """Find the namespaces of other vehicles in one log, and warn of several.
 
     Two topics that differ in their first part alone and carry a quantity, ``/rov/imu/data`` and
     ``/asv/imu/data``, are of two vehicles. Ours is the one with commands, else the one that is
@@ -157,18 +144,17 @@ def _namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> _Na
     named = {first for first in twins if first.lower() == vehicle.lower()}
     homes = commanded if len(commanded) == 1 else named
     if not twins or _are_of_sensors(twins, by_rest):
-        return _Namespaces(frozenset(), "")
+        return set(), ""
     home = next(iter(homes)) if len(homes) == 1 else ""
     listed = " and ".join(f"/{first}" for first in sorted(twins))
     if home:
         why = "has the commands" if commanded == homes else "is called as the vehicle is"
         said = f"the log has topics of {listed}: those of /{home} are taken, which {why}."
-    else:
-        said = (
-            f"the log has topics of {listed}, and nothing says which is this vehicle: topics of "
-            "several may be mixed. State those of the others under pool: ignore_topics."
-        )
-    return _Namespaces(frozenset(twins), home, said)
+        return twins - {home}, said
+    return set(), (
+        f"the log has topics of {listed}, and nothing says which is this vehicle: topics of "
+        "several may be mixed. State those of the others under pool: ignore_topics."
+    )
 
 
 def _are_of_sensors(firsts: set[str], by_rest: Mapping[str, set[str]]) -> bool:

@@ -207,9 +207,7 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
     and no other reading is near them; where readings `jump` anyway these are not looked for.
     """
     found = np.zeros(values.shape[0], np.bool_)
-    same = np.ones(values.shape[0], np.bool_)
-    for column in values.T:
-        same &= column == values[:, 0]
+    same = np.all([column == values[:, 0] for column in values.T], axis=0)
     if values.shape[1] == 1:  # a number far from all others is the least or the largest
         same &= (values[:, 0] == np.nanmin(values)) | (values[:, 0] == np.nanmax(values))
     numbers, counts = np.unique(values[same, 0], return_counts=True)

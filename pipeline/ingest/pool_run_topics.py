@@ -262,31 +262,26 @@ def _no_quantity_twice(plans: Sequence[Plan], place: Place, problems: list[Probl
     kept: dict[str, Plan] = {}
     for plan in plans:
         name = channel_name(plan)
-        if name in kept:
+        first = kept.setdefault(name, plan)
+        if first is not plan:
             what = (
-                f"{name} is stated twice, from {kept[name].topic} and {plan.topic}; the first is "
-                "taken."
+                f"{name} is stated twice, from {first.topic} and {plan.topic}; the first is taken."
             )
             problems.append(place.warning(what, remedy="Delete one in vehicle.yaml."))
-            continue
-        kept[name] = plan
     return list(kept.values())
 
 
 def _two_clocks(plans: Sequence[Plan], place: Place) -> Iterator[Problem]:
     """Warn of entries that state different clocks for one topic: its messages have one time."""
     first: dict[str, Plan] = {}
-
     for plan in plans:
-        if plan.clock is None:
-            continue
-        known = first.setdefault(plan.topic, plan)
+        known = plan if plan.clock is None else first.setdefault(plan.topic, plan)
         if (plan.clock, plan.stamp) != (known.clock, known.stamp):
-            what = (
+            yield place.warning(
                 f"two clocks are stated for {plan.topic}, with {channel_name(known)} and with "
-                f"{channel_name(plan)}; the first is taken for both."
+                f"{channel_name(plan)}; the first is taken for both.",
+                remedy="Delete one in vehicle.yaml.",
             )
-            yield place.warning(what, remedy="Delete one in vehicle.yaml.")
 
 
 def channel_name(plan: Plan) -> str:
