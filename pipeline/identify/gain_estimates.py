@@ -212,6 +212,14 @@ class RunGains:
         """Tell which thrusters (n,) are known well enough to say anything of."""
         return self.likelihood.excited & (estimates.half_width < WIDEST)
 
+    def told(self, i: int) -> dict[str, Pooled]:
+        """Gains of a thruster on all axes together and on each that tells it."""
+        return {
+            axis: Pooled(float(own.value[i]), float(own.std[i]), max(int(own.degrees[i]), 1), 0.0)
+            for axis, own in self.every.items()
+            if self.judged(own)[i]
+        }
+
 
 #: (thruster, axis) -> what sound runs gave.
 References = Mapping[tuple[str, str], GainReference]

@@ -10,7 +10,15 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.effects.effect import AXES
-from pipeline.identify.gain_estimates import ALL, Estimates, GainSet, References, pool, typical
+from pipeline.identify.gain_estimates import (
+    ALL,
+    Estimates,
+    GainSet,
+    Pooled,
+    References,
+    pool,
+    typical,
+)
 from pipeline.identify.gain_tests import (
     FALSE_ALARMS,
     ORDINARY_COUPLING,
@@ -68,20 +76,23 @@ def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
         }
         for i in np.flatnonzero(judged).tolist():
             between = apart.get(asked.names[i], 0.0)
-            questions += _of_thruster(asked, sound, i, (run.name,), run.joint, judged, between)
+            questions += _of_thruster(
+                asked, sound, i, (run.name,), run.joint, run.told(i), judged, between
+            )
     if len(asked.runs) > 1:
         sound = known.apart_from(*(run.name for run in asked.runs))
-        together = {name: row for (name, axis), row in asked.pooled().items() if axis == ALL}
-        one = [together[name][0] if name in together else None for name in asked.names]
-        estimates = Estimates(
-            np.array([0.0 if own is None else own.mean for own in one]),
-            np.array([1.0 if own is None else own.std for own in one]),
-            np.array([30.0 if own is None else float(own.degrees or 30) for own in one]),
-        )
+        pooled = asked.pooled()
+        together = {name: row for (name, axis), row in pooled.items() if axis == ALL}
+        unknown = Pooled(0.0, 1.0, 0, 0.0)
+        one = [together.get(name, (unknown, ()))[0] for name in asked.names]
+        rows = [(row.mean, row.std, float(row.degrees or 30)) for row in one]
+        estimates = Estimates(*np.array(rows).T)
         judged = np.array([n in together and len(together[n][1]) > 1 for n in asked.names])
         for i in np.flatnonzero(judged).tolist():
-            runs = together[asked.names[i]][1]
-            questions += _of_thruster(asked, sound, i, runs, estimates, judged)
+            own = asked.names[i]
+            told = {axis: row for (name, axis), (row, _) in pooled.items() if name == own}
+            runs = together[own][1]
+            questions += _of_thruster(asked, sound, i, runs, estimates, told, judged)
     return questions
 
 
@@ -91,6 +102,7 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     i: int,
     runs: tuple[str, ...],
     estimates: Estimates,
+    told: Mapping[str, Pooled],
     judged: BoolArray,
     between_runs: float = 0.0,
 ) -> list[GainQuestion]:
@@ -127,12 +139,7 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     less = tail(float(value[i]) - expected, spread, degrees)
     more = tail(expected - float(value[i]), spread, degrees)
     kind: FindingKind = "reversed" if high < 0.0 else "weak"
-    # dead is no difference from what is expected, which may be vague, but next to nothing for sure
-    gave = float(usual[i]) if mine is None or mine.ci95[0] > 0.0 else max(mine.ci95[1], 0.0)
-    limit = _DEAD * alive * min(gave, 1.0)
-    nothing = tail(abs(float(value[i])) - limit, float(std[i]), degrees)
-    if not low <= 0.0 <= high:
-        nothing = 1.0
+    dead = _dead(asked, sound, name, told, alive)
     figures = {
         "runs": runs,
         "thrusters": (name,),
@@ -143,9 +150,33 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     }
     return [
         GainQuestion(kind, less, **figures),  # type: ignore[arg-type]
-        GainQuestion("dead", nothing, **figures),  # type: ignore[arg-type]
+        GainQuestion("dead", dead, **figures),  # type: ignore[arg-type]
         GainQuestion("strong", more, **figures),  # type: ignore[arg-type]
     ]
+
+
+def _dead(
+    asked: GainSet, sound: References, name: str, told: Mapping[str, Pooled], alive: float
+) -> float:
+    """Return the chance that a thruster that is not dead gives so little.
+
+    All axes together tell, or one alone where none differs from 0; all that are asked are counted.
+    What the file says of an axis may be far off: one is asked alone only where sound runs surely
+    show the thruster, on it or on all together.
+    """
+    axes = {axis: own for axis, own in told.items() if asked.moves(name, axis)}
+    against = {axis for axis, own in axes.items() if abs(own.mean) > own.half_width}
+    chances = []
+    for axis, own in axes.items():
+        known = [sound[name, one] for one in (ALL, axis) if (name, one) in sound]
+        if axis != ALL and all(one.ci95[0] <= 0.0 for one in known):
+            continue
+        # no difference from what is expected, which may be vague, but next to nothing for sure
+        gave = [one.mean if one.ci95[0] > 0.0 else max(one.ci95[1], 0.0) for one in known]
+        beyond = abs(own.mean) - _DEAD * alive * min([1.0, *gave])
+        chance = tail(beyond, own.std, float(own.degrees or 30))
+        chances.append(1.0 if (ALL in against if axis == ALL else against) else chance)
+    return min(min(chances) * len(chances), 1.0)
 
 
 def _layouts(asked: GainSet) -> list[GainQuestion]:

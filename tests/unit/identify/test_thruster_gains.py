@@ -128,28 +128,60 @@ def test_a_thruster_that_is_commanded_and_does_nothing_is_dead(
     assert found.get("dead") == (WEAK,)
 
 
+LEVERS = np.array([[1.0, 1.0], *np.zeros((4, 2)), [0.2, -0.2]])
+SURE, NOTHING = (1.0, 0.1), (0.05, 0.05)
+
+
+def gains_told(name: str, *gains: tuple[float, float], **axes: tuple[float, float]) -> RunGains:
+    """A run of two thrusters of `LEVERS`: gains on all axes, and of the left one by axis."""
+
+    def estimates(*rows: tuple[float, float]) -> Estimates:
+        value, std = np.array(rows).T
+        return Estimates(value, std, np.full(2, 30.0))
+
+    likelihood = RunLikelihood(name, (), 0.0, np.ones(2), np.ones(2, bool), {})
+    by_axis = {axis: estimates(left, SURE) for axis, left in axes.items()}
+    return RunGains(likelihood, by_axis, estimates(*gains), None)
+
+
+def kinds(asked: RunGains, *sound: RunGains) -> set[str]:
+    """What is found of a run beside sound ones."""
+    names, doubt = ("left", "right"), Doubt(0.1, 0.05)
+    both = (GainSet(names, LEVERS, doubt, runs) for runs in ((asked,), sound))
+    return {one.kind for one in findings_of(*both)}
+
+
 def test_no_thruster_is_dead_where_none_of_the_run_is_seen_to_push() -> None:
     """Nor one of which sound runs do not show either that it gives anything."""
-    names, levers_of = ("left", "right"), np.zeros((6, 2))
-    levers_of[0] = 1.0
+    known = [gains_told(f"sound-{k}", SURE, SURE) for k in range(3)]
+    assert "dead" in kinds(gains_told("one", NOTHING, SURE), *known)
+    assert "dead" not in kinds(gains_told("both", NOTHING, NOTHING), *known)
+    unseen = [gains_told(f"sound-{k}", (0.02, 0.05), SURE) for k in range(3)]
+    assert "dead" not in kinds(gains_told("one", NOTHING, SURE), *unseen)
 
-    def run(name: str, *gains: tuple[float, float]) -> RunGains:
-        value, std = np.array(gains).T
-        likelihood = RunLikelihood(name, (), 0.0, np.ones(2), np.ones(2, bool), {})
-        return RunGains(likelihood, {}, Estimates(value, std, np.full(2, 30.0)), None)
 
-    def kinds(asked: RunGains, *sound: RunGains) -> set[str]:
-        both = (
-            GainSet(names, levers_of, Doubt(0.1, 0.05), runs) for runs in ((asked,), tuple(sound))
-        )
-        return {one.kind for one in findings_of(*both)}
+def test_a_dead_thruster_is_told_by_one_axis_where_no_other_is_against() -> None:
+    """All axes together are too vague for the little that sound runs gave; yaw alone is not."""
+    little, vague, clear = (0.35, 0.05), (0.0, 0.08), (0.0, 0.01)
+    sound = [gains_told(f"sound-{k}", little, SURE, yaw=little) for k in range(3)]
+    assert "dead" not in kinds(gains_told("all", vague, SURE), *sound)
+    assert "dead" in kinds(gains_told("yaw", vague, SURE, yaw=clear), *sound)
+    against = gains_told("surge", vague, SURE, yaw=clear, surge=(0.3, 0.05))
+    assert "dead" not in kinds(against, *sound)
+    # what the file says of one axis is no evidence, nor is an axis that it gives no lever on
+    assert "dead" not in kinds(gains_told("file", (0.0, 0.2), SURE, yaw=clear))
+    assert "dead" not in kinds(gains_told("sway", vague, SURE, sway=clear), *sound)
 
-    nothing, sure = (0.05, 0.05), (1.0, 0.1)
-    known = [run(f"sound-{k}", sure, sure) for k in range(3)]
-    assert "dead" in kinds(run("one", nothing, sure), *known)
-    assert "dead" not in kinds(run("both", nothing, nothing), *known)
-    unseen = [run(f"sound-{k}", (0.02, 0.05), sure) for k in range(3)]
-    assert "dead" not in kinds(run("one", nothing, sure), *unseen)
+
+def test_axes_that_are_asked_one_by_one_raise_no_false_alarms() -> None:
+    """A thruster at the limit, half of what it gave, is called dead in 1 % of runs at most."""
+    sound = [gains_told(f"sound-{k}", SURE, SURE, surge=SURE, yaw=SURE) for k in range(3)]
+    draws = np.random.default_rng(1).normal(0.5, 0.15, (300, 3))
+    found = [
+        "dead" in kinds(gains_told("one", (a, 0.15), SURE, surge=(b, 0.15), yaw=(c, 0.15)), *sound)
+        for a, b, c in draws.tolist()
+    ]
+    assert sum(found) <= 3
 
 
 def test_exchanged_commands_are_a_swapped_pair(
