@@ -58,19 +58,19 @@ def with_effects(case: Case, count: int, true: str) -> Case:
 
 
 def rows_of(
-    case: Case, true: str, threads: int, rounds: int
+    case: Case, true: str, rounds: int
 ) -> list[tuple[str, float, float, str]]:
     """Measure every line of the table: what, seconds, the peer's seconds, verdict."""
     rows = []
 
     def measure(what: str, one: Case) -> None:
-        taken, answer = shortest(lambda: diagnose(one, threads), rounds)
+        taken, answer = shortest(lambda: diagnose(one), rounds)
         peer, _ = shortest(lambda: bic_baseline(one.vehicle, one.packed, one.runs), rounds)
         verdict = " + ".join(answer.verdict.effects)
         rows.append((what, taken, peer, verdict))
         print(f"{what}: {taken:.1f} s, peer {peer:.1f} s, {verdict}", flush=True)
 
-    diagnose(replace(case, runs=(cut_short(case.runs[0], LENGTHS_S[0]),)), threads)
+    diagnose(replace(case, runs=(cut_short(case.runs[0], LENGTHS_S[0]),)))
     for seconds in LENGTHS_S:
         runs = tuple(cut_short(run, seconds) for run in case.runs)
         measure(f"{len(runs)} runs of {seconds:.0f} s", replace(case, runs=runs))

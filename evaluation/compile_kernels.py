@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from evaluation.bundled.mmt300_runs import true_vehicle
-from pipeline.diagnose.case import channels_of, windows_of
-from pipeline.diagnose.linear.follow import follow
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.regression.known import by_file
 from pipeline.identify.trial_windows import fly_trial
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.simulate.applied_wrench import hull_wrench, thruster_wrench
@@ -26,7 +26,6 @@ vehicle = load_vehicle(RAW / "mmt300")
 packed = true_vehicle(vehicle)
 run = resample(read_pool_run(LOG, vehicle, RAW), RATE_HZ, by_step=True).rows(0, ROWS)
 fly_trial(packed, vehicle.sensors or Sensors(), run, threads=1)
-channels = channels_of(vehicle, [run])
-follow(packed, [run], windows_of(packed, [run], channels), channels)
+by_file(Case(vehicle.name, vehicle, packed, (run,), effects={}))
 thruster_wrench(packed, np.zeros((1, len(packed.thruster_names))), np.zeros((1, 6)))
 hull_wrench(packed, np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros((1, 6)))

@@ -104,7 +104,7 @@ def diagnose_to_files(
     question = _question(request, one)
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
     case = Case(one.name, one.vehicle, one.packed, runs, holdout, healthy)
-    found = diagnose_fully(case, request.threads)
+    found = diagnose_fully(case)
     found = _with_notes(found, (*runs, *holdout, *healthy), noted)
     first = {"glance": glance_of(found.record)}
     found = replace(found, record=found.record.model_copy(update=first))

@@ -26,7 +26,6 @@ class DiagnosisRequest:
     to: Path | None = None
     raw: Path = Path("raw")
     out: Path = Path()
-    threads: int = 2
 
 
 @dataclass(frozen=True)

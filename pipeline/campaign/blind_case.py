@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline.blind.cases import RUN_S, case_of, write_case
 from pipeline.blind.generate import GeneratedCase, generate
@@ -30,9 +30,6 @@ from pipeline.records.fits import StaticCharacteristic
 from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.vehicle.load import load_vehicle
-
-if TYPE_CHECKING:
-    from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 
 SCHEMA = "rig2sea/blind/1"
 #: Vehicles of a campaign that names none.
@@ -90,9 +87,8 @@ def diagnose_in_memory(
     case: GeneratedCase,
     packed: PackedVehicle,
     without: tuple[str, ...],
-    keep: "Callable[[CaseEvidence], None] | None" = None,
 ) -> Mapping[str, Any]:
-    """Diagnose a case's tables; `keep` as `diagnosed` has it."""
+    """Diagnose a case's tables."""
     from pipeline.diagnose.case import Case
 
     library = {
@@ -107,7 +103,7 @@ def diagnose_in_memory(
         healthy=case.healthy,
         effects=library,
     )
-    return diagnosed(asked, keep)
+    return diagnosed(asked)
 
 
 def run_case(

@@ -21,7 +21,6 @@ from pipeline.stopping import stopped_by_sigterm
 
 if TYPE_CHECKING:
     from pipeline.diagnose.case import Case
-    from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 
 #: Told of every case: how many are done, how many there are, one line.
 Said = Callable[[int, int, str], None]
@@ -128,17 +127,12 @@ def run_cases(
     )
 
 
-def diagnosed(
-    case: "Case", keep: "Callable[[CaseEvidence], None] | None" = None
-) -> Mapping[str, Any]:
-    """Return the content of ``diagnosis.json``, or ``{"refused": reason}`` where there is none.
-
-    `keep` is given the evidence that was weighed.
-    """
-    from pipeline.diagnose.engine import diagnose_fully
+def diagnosed(case: "Case") -> Mapping[str, Any]:
+    """Return the content of ``diagnosis.json``, or ``{"refused": reason}`` where there is none."""
+    from pipeline.diagnose.engine import diagnose
 
     try:
-        record = diagnose_fully(case, threads=1, keep=keep).record
+        record = diagnose(case)
     except CannotComputeError as error:
         return {"refused": str(error)}
     content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.diagnose.case import WINDOW_S, WINDOW_WITHOUT_VELOCITY_S, Case
+from pipeline.diagnose.case import Case
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import was_measured
 from pipeline.physics.parameters import read
@@ -27,8 +27,7 @@ def check_preconditions(case: Case) -> None:
     if seconds < SHORTEST_S:
         raise CannotComputeError(
             f"the runs last {seconds:.0f} s in all, and a diagnosis needs at least "
-            f"{SHORTEST_S:.0f} s (windows of {WINDOW_S:g} to {WINDOW_WITHOUT_VELOCITY_S:g} s, some "
-            "of them held out). Give longer runs, or more of them."
+            f"{SHORTEST_S:.0f} s. Give longer runs, or more of them."
         )
     _refuse_quiet(case, case.runs)
 

@@ -70,8 +70,8 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     rates, attitude = channel_of(run, "angular_velocity"), channel_of(run, "attitude")
     if rates is None or attitude is None:
         raise CannotComputeError(
-            f"{run.name}: rates of turn and attitude are needed to put an effect into a measured "
-            f"run; it has {', '.join(sorted(run.values))}."
+            f"{run.name}: rates of turn and attitude are needed to tell how it moved; "
+            f"it has {', '.join(sorted(run.values))}."
         )
     period = run.period_s
     state, nu_dot = np.zeros((run.time_s.size, _STATE)), np.zeros((run.time_s.size, 6))
@@ -79,7 +79,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if sensors and sensors.imu and _rates_are_steadier(sensors.imu):
         turn = _steadied(turn, rates, period, _WANDER_TIMES * sensors.imu.attitude_wander_s)
     state[:, 3:7] = turn.as_quat()[:, [3, 0, 1, 2]]
-    state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
+    state[:, 10:13], nu_dot[:, 3:] = smoothed(rates, window_of(run, "angular_velocity"), period)
     omega = state[:, 10:13]
     known, follows = np.array([False, False, False, True, True, True]), False
     down = None
@@ -87,20 +87,20 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if velocity is not None:
         place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
         at_origin = velocity - np.cross(omega, place)
-        state[:, 7:10], nu_dot[:, :3] = _smoothed(at_origin, _window(run, "velocity"), period)
+        state[:, 7:10], nu_dot[:, :3] = smoothed(at_origin, window_of(run, "velocity"), period)
         known[:3] = True
         along = _along_accelerations(run, sensors, turn, at_origin, state[:, 7:13])
         if along is not None:
             follows, state[:, 7:10] = True, along
-            nu_dot[:, :3] = _smoothed(along, _window(run, "specific_force"), period)[1]
+            nu_dot[:, :3] = smoothed(along, window_of(run, "specific_force"), period)[1]
     elif depth is not None:
         place = np.array(sensors.depth.position_m) if sensors and sensors.depth else np.zeros(3)
         down = depth[:, 0] - turn.apply(place)[:, 2]
-        window = 2 * _window(run, "depth") + 1
-        _, sinking = _smoothed(down[:, None], window, period)
+        window = 2 * window_of(run, "depth") + 1
+        _, sinking = smoothed(down[:, None], window, period)
         # heave of a vehicle whose surge and sway are not known
         heave = sinking[:, 0] / _upright(turn)
-        state[:, 9:10], nu_dot[:, 2:3] = _smoothed(heave[:, None], window, period)
+        state[:, 9:10], nu_dot[:, 2:3] = smoothed(heave[:, None], window, period)
         known[2] = True
     position = channel_of(run, "position")
     if position is not None:
@@ -194,14 +194,14 @@ def channel_of(run: RunTable, quantity: str) -> FloatArray | None:
     return values
 
 
-def _window(run: RunTable, quantity: str) -> int:
+def window_of(run: RunTable, quantity: str) -> int:
     """Rows, odd, that a smoothed value is made of."""
     pause_s = run.pause_s(quantity)
     half = round(max((_READINGS - 1) * pause_s, _LEAST_S) / 2.0 / run.period_s)
     return 2 * max(half, 2) + 1
 
 
-def _smoothed(values: FloatArray, window: int, period_s: float) -> tuple[FloatArray, FloatArray]:
+def smoothed(values: FloatArray, window: int, period_s: float) -> tuple[FloatArray, FloatArray]:
     """Value and slope of the parabola through each row's neighbourhood."""
     # as in `lagging`
     from scipy.signal import savgol_filter

@@ -83,6 +83,8 @@ class ParameterEstimate(Record):
     ci95: Interval
 
 
+#: Answers that are no effect: nothing is the matter, and what no effect explains.
+NONE, UNKNOWN = "none", "unknown"
 #: Axis -> the channel of its velocity (SNAME).
 VELOCITIES = {"surge": "u", "sway": "v", "heave": "w", "roll": "p", "pitch": "q", "yaw": "r"}
 

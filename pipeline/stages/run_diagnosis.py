@@ -124,7 +124,7 @@ def diagnosed(
     chosen = tuple(beginning(table, code_max, each_s) for table in tables)
     # the jobs of the workflow share the cores
     case = Case(one.name, one.vehicle, one.packed, chosen, (), healthy)
-    return diagnose_fully(case, threads=1).record, tuple(
+    return diagnose_fully(case).record, tuple(
         (float(part.time_s[0]), float(part.time_s[-1])) for part in chosen
     )
 

@@ -22,7 +22,7 @@ from pipeline.diagnose.bench.effects import BenchPrior, predict, priors
 from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.diagnose.bench.noise import Stack, anything, departures, healthy, law_error
 from pipeline.diagnose.bench.table import BenchTable
-from pipeline.diagnose.linear.evidence import log_inside
+from pipeline.diagnose.normal import log_inside
 from pipeline.types import FloatArray
 
 _STEP = 1e-4

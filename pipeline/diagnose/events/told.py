@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.diagnose.events.event import ForceEvent
-from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import (
+    NONE,
+    UNKNOWN,
     VELOCITIES,
     Detail,
     DiagnosisRecord,

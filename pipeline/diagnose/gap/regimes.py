@@ -7,7 +7,6 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.diagnose.gap.forecast import Forecast, rms
 from pipeline.physics.parameters import read
 from pipeline.records.diagnosis import RegimeGap, RegimeShare, TimeShare
 from pipeline.records.run_table import RunTable
@@ -116,22 +115,6 @@ def _wall_distance(packed: PackedVehicle) -> Callable[[FloatArray], FloatArray]:
     return nearest
 
 
-def excess(
-    near: Forecast, spread: dict[str, FloatArray], windows: int, within_s: float
-) -> FloatArray:
-    """Squared error over the floor's beyond what is ordinary, summed over channels (windows,)."""
-    total = np.zeros(windows)
-    for name, errors in near.errors.items():
-        own = (near.ahead_s[name] <= within_s) & np.isfinite(errors)
-        if not own.any():
-            continue
-        floor = near.healthy_floor(name, spread, own)
-        sums = np.bincount(near.window[name][own], (errors[own] / floor) ** 2, minlength=windows)
-        counts = np.bincount(near.window[name][own], minlength=windows)
-        total += np.maximum(sums / np.maximum(counts, 1) - 1.0, 0.0) * (counts > 0)
-    return total
-
-
 def regime_shares(
     every: Sequence[Regressor],
     carried: FloatArray,
@@ -236,7 +219,7 @@ def regime_gaps(
     every : sequence of Regressor
         Means over each window (windows,) of what a force may depend on.
     ratios_in : callable
-        Ratio of every channel in some windows (windows,); see `ratios_of`.
+        Ratio of every channel in some windows (windows,).
 
     Returns
     -------
@@ -267,31 +250,3 @@ def regime_gaps(
                     )
                 )
     return tuple(found)
-
-
-def ratios_of(
-    near: Forecast, spread: Mapping[str, FloatArray], within_s: float
-) -> Callable[[BoolArray], dict[str, float]]:
-    """Return what gives the ratio of every channel that has enough readings in some windows.
-
-    Parameters
-    ----------
-    near : Forecast
-        Errors of the model as it is stated.
-    spread : mapping
-        Channel -> (k,): mean square of what healthy vehicles differ from it, at the same readings.
-    within_s : float
-        Readings further ahead than this do not count. [s]
-    """
-
-    def ratios_in(inside: BoolArray) -> dict[str, float]:
-        ratios = {}
-        for name in near.errors:
-            rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s)
-            if rows.sum() < _FEWEST:
-                continue
-            floor = near.healthy_floor(name, spread, rows)
-            ratios[name] = rms(near.counted(name, rows, floor)) / max(floor, 1e-12)
-        return ratios
-
-    return ratios_in

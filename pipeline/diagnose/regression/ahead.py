@@ -53,8 +53,9 @@ def errors_of(known: Reference, runs: Sequence[GridRun]) -> Errors:
 
 def floors_of(known: Reference) -> FloatArray:
     """Root mean square error (c,) of sound runs that took no part, `AHEAD_S` ahead."""
-    response = known.best.response
-    return np.maximum(rms_of([summed(one, response.period_s) for one in response.remainders]), 1e-9)
+    response, none = known.best.response, np.zeros(len(known.directions))
+    left = [response.after(one.run, none, left_out=one.left_out)[1] for one in known.best.usual]
+    return np.maximum(rms_of([summed(one, response.period_s) for one in left]), 1e-9)
 
 
 def channel_gaps(
@@ -63,7 +64,7 @@ def channel_gaps(
     """Gap of every channel `AHEAD_S` ahead, and by horizon."""
     response = known.best.response
     asked = [_followed(known, run, None) for run in runs]
-    sound = [_followed(known, run, k) for k, run in enumerate(response.runs)]
+    sound = [_followed(known, one.run, one.left_out) for one in known.best.usual]
     found = {}
     for c, name in enumerate(response.channels):
         noise = _noise_of(sensors, name)

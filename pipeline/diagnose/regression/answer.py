@@ -1,12 +1,12 @@
-"""The answer against sound runs: asked run by run and together, written as a diagnosis."""
+"""The answer: runs against the sound ones, or against the file, written as a diagnosis."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
 from pipeline.diagnose.regression.gained import Gained
@@ -18,8 +18,6 @@ from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.taken import all_at, with_sizes
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
-    NONE,
-    UNKNOWN,
     Change,
     pooled,
     weighed,
@@ -31,6 +29,8 @@ from pipeline.effects.effect import AXES
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import (
+    NONE,
+    UNKNOWN,
     VELOCITIES,
     ChannelNoiseCheck,
     Detail,
@@ -52,20 +52,20 @@ _ALIKE = 0.9
 _AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
 _AS_SOUND = "these runs differ from the sound ones no more than those differ from each other"
 CALIBRATED = (
-    "one posterior of a regression on the sound runs; how far their noise is trusted is set so "
-    "that they scatter as they claim; see docs/methods/diagnosis.md"
+    "one posterior of a regression; how far noise is trusted is set so that sound runs, or flights "
+    "of the file, scatter as they claim; see docs/methods/diagnosis.md"
 )
 
 
-def against_sound(
+def against(
     case: Case, known: Reference, gained: Sequence[Gained]
 ) -> tuple[DiagnosisRecord, tuple[EffectSpec, ...]]:
-    """Diagnose the runs of a case against its sound runs.
+    """Diagnose the runs of a case against what is known of the vehicle.
 
     Raises
     ------
     CannotComputeError
-        For a run that lacks what the sound runs measured.
+        For a run that lacks what the sound runs, or the other ones, measured.
     """
     asked = [_asked(case, known, run) for run in case.runs]
     held = [_asked(case, known, run)[0] for run in case.holdout]
@@ -79,7 +79,7 @@ def against_sound(
     gap, left = gap_and_leftover(case, known, runs, said.first if named else None)
     carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
     text = sentence(said.names, said.first.probability, said.ambiguous, rows, left)
-    text = _with_runs(text, case, carrying, rows, named=named)
+    text = _with_runs(text, case, carrying, rows, named=named, by_file=not known.table)
     shrink, series = shrink_of(case, known, said, runs, held, named=named)
     first = rows[0]
     record = DiagnosisRecord(
@@ -99,7 +99,7 @@ def against_sound(
             if named
             else Detail(),
             sentence=text,
-            since=", ".join(run.name for run in case.healthy),
+            since=", ".join(run.name for run in case.healthy) if known.table else None,
             runs=carrying or tuple(run.name for run in case.runs),
             text=text,
         ),
@@ -110,7 +110,7 @@ def against_sound(
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
         series=series,
-        notes=(f"Told against the sound runs, not the vehicle file: {known.why}",),
+        notes=(known.told_against,),
         elapsed_s=0.0,
     )
     return record, _specs(said.first, known.directions) if named else ()
@@ -179,15 +179,17 @@ def _beside_disturbance(
     def ratios(left: FloatArray) -> FloatArray:
         return block_ratios(response.filtered(left), response.period_s)
 
-    sound = [
-        ratios(response.after(run, learned.ordinary.of(own, 0.0), left_out=k)[2])
-        for k, (run, own) in enumerate(zip(response.runs, learned.sound, strict=True))
-    ]
+    count, ordinary = learned.ordinary.width.size, learned.ordinary
+    sound = []
+    for usual in learned.usual:
+        few = replace(ordinary, width=ordinary.width[: usual.told.thrust.size])
+        left = response.after(usual.run, few.of(usual.told, 0.0), left_out=usual.left_out)[2]
+        sound.append(ratios(left))
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = np.zeros(learned.ordinary.width.size)
+        changed = np.zeros(count)
         changed[list(one.which)] = one.mean
         asked = []
         for k, (run, own) in enumerate(zip(runs, told, strict=True)):
@@ -203,9 +205,10 @@ def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:
     found = on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
     channels = known.best.response.channels
     if found[0].channels != channels:
+        others = "sound runs" if known.table else "other runs"
         raise CannotComputeError(
-            f"{run.name} has the velocities {', '.join(found[0].channels)}, the sound runs "
-            f"{', '.join(channels)}: name sound runs with the same channels."
+            f"{run.name} has the velocities {', '.join(found[0].channels)}, the {others} "
+            f"{', '.join(channels)}: name runs with the same channels."
         )
     return found
 
@@ -258,7 +261,13 @@ def _specs(first: Change, directions: Sequence[Coordinate]) -> tuple[EffectSpec,
 
 
 def _with_runs(
-    text: str, case: Case, carrying: Sequence[str], rows: Sequence[RankedEffect], *, named: bool
+    text: str,
+    case: Case,
+    carrying: Sequence[str],
+    rows: Sequence[RankedEffect],
+    *,
+    named: bool,
+    by_file: bool,
 ) -> str:
     """Add which runs carry it, and what to do where nothing fits."""
     if named and len(carrying) < len(case.runs):
@@ -266,10 +275,11 @@ def _with_runs(
     if named:
         return text
     if rows[0].effect == NONE:
-        # no claim is made of the vehicle file
-        return text.replace(_AS_FILE, _AS_SOUND)
+        # against sound runs no claim is made of the vehicle file
+        return text if by_file else text.replace(_AS_FILE, _AS_SOUND)
+    others = "what the vehicle file predicts" if by_file else "the sound ones"
     return (
-        f"{text} These runs differ from the sound ones in a way that the library does not name: "
+        f"{text} These runs differ from {others} in a way that the library does not name: "
         "see which channels carry it, repeat a sound run, or identify the vehicle anew."
     )
 
@@ -314,7 +324,9 @@ def _evidence(
         noise=noise,
         stages={
             "kinematics": "dead reckoning beside the regression, where a place was measured",
-            "dynamics": "regression on the sound runs",
+            "dynamics": "regression on the sound runs"
+            if known.table
+            else "regression on flights of the vehicle file",
         },
         calibrated=CALIBRATED,
         healthy_runs=tuple(run.name for run in case.healthy),

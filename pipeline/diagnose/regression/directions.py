@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pipeline.diagnose.linear.coordinates import Coordinate, coordinates
+from pipeline.diagnose.coordinates import Coordinate, coordinates
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import unstated
+from pipeline.measured.inject import READINGS
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -24,6 +25,14 @@ OF_ALL_THRUSTERS = frozenset(
 #: board never is, and a cable that nobody stated hardly.
 _OF_ALL, _OF_ONE, _UNSTATED, NEVER, _CABLE = 0.75, 0.2, 0.15, 1e-3, 0.03
 
+#: How well a DVL is known to sit and to read, where nothing else is stated.
+_MOUNTED = {
+    **dict.fromkeys(("x_m", "y_m", "z_m"), 0.05),
+    **dict.fromkeys(("roll_deg", "pitch_deg", "yaw_deg"), 0.5),
+    "delay_s": 0.02,
+    "scale": 0.01,
+}
+
 
 def directions_of(
     vehicle: Vehicle, packed: PackedVehicle, effects: Mapping[str, Effect]
@@ -32,13 +41,15 @@ def directions_of(
 
     What no vehicle file states is ordinary on every vehicle; it is among them and never asked.
     """
-    asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
+    never = NOT_ASKED
+    if vehicle.sensors is None or vehicle.sensors.dvl is None:
+        never = NOT_ASKED | READINGS
+    asked = {name: one for name, one in effects.items() if name not in never}
     asked |= unstated(packed.context)
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
-    # a place has a meaning only with what is there; a volume alone is residual buoyancy, and one
-    # of the water's weight shows as added mass does
+    # a volume alone is residual buoyancy, and one of the water's weight shows as added mass does
     every = coordinates(packed, asked, uncertainty)
-    return tuple(one for one in every if not one.leads and one.name != "payload:volume_m3")
+    return tuple(one for one in every if one.name != "payload:volume_m3")
 
 
 def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatArray:
@@ -56,4 +67,14 @@ def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatAr
         elif one.effect.id in OF_ALL_THRUSTERS:
             own = max(_OF_ALL * thrust / one.unit_size, NEVER)
         found.append(own)
+    return np.array(found)
+
+
+def file_widths(directions: Sequence[Coordinate]) -> FloatArray:
+    """By how much a vehicle differs from its file along each direction, in its units (d,)."""
+    found = []
+    for one in directions:
+        mounted = _MOUNTED.get(one.parameter.name) if one.effect.id in READINGS else None
+        own = one.ordinary if mounted is None else mounted / one.unit_size
+        found.append(max(own, NEVER))
     return np.array(found)

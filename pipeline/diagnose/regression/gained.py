@@ -5,10 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.effects.specification import EffectSpec
 from pipeline.identify.gain_tests import FALSE_ALARMS
-from pipeline.records.diagnosis import Detail, DiagnosisRecord, ParameterEstimate, RankedEffect
+from pipeline.records.diagnosis import (
+    NONE,
+    UNKNOWN,
+    Detail,
+    DiagnosisRecord,
+    ParameterEstimate,
+    RankedEffect,
+)
 from pipeline.records.gains import ThrusterGains
 
 #: The finding of the gains that counts: a weak thruster is weighed among all else that it may be.

@@ -14,13 +14,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.misread import misread
 from pipeline.diagnose.regression.place import place_told
 from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.measured.completed import completed
 from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import READINGS, layout
 from pipeline.measured.lagging import lagged
@@ -76,7 +77,7 @@ def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
     """Return the spacings that a grid may have: shares of a second, no nearer than readings [s]."""
     slowest = PERIODS_S[0]
     for run in runs:
-        linear = "velocity" if "velocity" in run.values else "depth"
+        linear = next((one for one in ("velocity", "position") if one in run.values), "depth")
         for quantity in (linear, "angular_velocity"):
             marks = run.reading.get(quantity)
             if marks is not None and marks.sum() > 2:
@@ -99,7 +100,7 @@ def on_grids(
         Without rates of turn or attitude, or for a run shorter than a second.
     """
     claimed = _Claimed(packed, run, sensors)
-    departures = [claimed.departure(one, float(np.sign(one.step)) * _STEP) for one in directions]
+    departures = [claimed.departure(one, one.side * _STEP) for one in directions]
     beside = (
         supply_told(packed, run, sensors, directions),
         place_told(run, sensors, directions),
@@ -193,11 +194,15 @@ class _Claimed:
     """
 
     def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
+        self._reads = "velocity" in run.values
+        run = completed(run)
         self.packed, self.run = packed, run
+        self._dvl = sensors.dvl if sensors and self._reads else None
+        if sensors is not None and not self._reads:
+            sensors = sensors.model_copy(update={"dvl": None})
         self.motion = reckoned(measured_motion(run, sensors))
-        self._dvl = sensors.dvl if sensors else None
         self.row_s = run.period_s
-        place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)
+        place = self._dvl.position_m if self._dvl else (0.0, 0.0, 0.0)
         self.of_turning = np.cross(self.motion.nu[:, 3:], np.array(place))
         self._nominal = settled(packed.vector)
         self._codes = np.nan_to_num(np.array(run.values["command"], float))
@@ -221,7 +226,8 @@ class _Claimed:
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
         changed = settled(apply_effects(packed.vector, [spec], packed.context))
         if one.effect.id in READINGS:
-            as_read = misread(self._dvl, changed) / share
+            if self._reads:
+                as_read = misread(self._dvl, changed) / share
             return _Departure(np.zeros_like(self.wrench), np.zeros((6, 6)), as_read)
         if one.effect.of_thrusters or one.target is not None:
             pushed = _pushed(packed, changed, self._codes, self.motion.nu, self.row_s)[0]

@@ -1,15 +1,16 @@
-"""The vehicle as its sound runs show it, where that predicts better than its file."""
+"""What runs are told against: the vehicle as its sound runs show it, or as its file has it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.linear.coordinates import Coordinate
-from pipeline.diagnose.regression.directions import directions_of, stated_widths
+from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.regression.directions import directions_of, file_widths, stated_widths
 from pipeline.diagnose.regression.file_step import Step, file_step
+from pipeline.diagnose.regression.flights import FLIGHTS, flown
 from pipeline.diagnose.regression.grid import GridRun, grid_periods, on_grids
 from pipeline.diagnose.regression.held_out import (
     FileModel,
@@ -23,31 +24,48 @@ from pipeline.diagnose.regression.offset import (
     offset_of,
     without_offset,
 )
-from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of
+from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, share_as_claimed
 from pipeline.diagnose.regression.response import BENT, STIFF, Response
 from pipeline.diagnose.regression.signatures import stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
 from pipeline.records.reference import Prediction, Width
+from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
+from pipeline.vehicle.sensor_schema import Sensors
 
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
+_BY_FILE = "there are fewer than three sound runs to tell them against"
+
+
+@dataclass(frozen=True)
+class Usual:
+    """A run that shows what is ordinary, and what it says when it took no part.
+
+    `left_out` is its place among the runs of the response, if it is one of them.
+    """
+
+    run: GridRun
+    told: Told
+    left_out: int | None
 
 
 @dataclass(frozen=True)
 class Learned:
-    """What sound runs show on one grid.
+    """What sound runs show on one grid, or flights of the file where there are too few.
 
     `offset` is what the response is off by in all of them alike; `ordinary` is what its directions
-    differ by between runs; `sound` is what each of them says, predicted from the others, without
-    the offset; `error` is the mean logarithm of its errors, see `error_ahead`.
+    differ by between runs; `usual` are the runs that show what a healthy vehicle leaves; `sound` is
+    what each sound run says, predicted without it, without the offset; `error` is the mean
+    logarithm of the errors, see `error_ahead`.
     """
 
     response: Response
     offset: Offset
     ordinary: Ordinary
+    usual: tuple[Usual, ...]
     sound: tuple[Told, ...]
     error: float
 
@@ -63,11 +81,11 @@ class Learned:
 
 @dataclass(frozen=True)
 class Reference:
-    """A vehicle as its sound runs show it; `why` tells why it decides.
+    """A vehicle as its sound runs show it, or its file; `why` tells why it is told against that.
 
     `grids` are what was learned on each grid, the one first that predicts best; `stated` is what
     directions differ by before these runs were seen; `table` says how well runs that were left out
-    are predicted.
+    are predicted; `used` whether the response is better than the file.
     """
 
     directions: tuple[Coordinate, ...]
@@ -81,6 +99,12 @@ class Reference:
     def best(self) -> Learned:
         """What was learned on the grid that predicts best."""
         return self.grids[0]
+
+    @property
+    def told_against(self) -> str:
+        """What the runs are told against, and why."""
+        against = "sound runs, not the vehicle file" if self.table else "vehicle file"
+        return f"Told against the {against}: {self.why}"
 
     @property
     def force(self) -> dict[str, dict[str, float]]:
@@ -131,7 +155,8 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         )
     stated = stated_widths(case.vehicle, directions)
     file = file_step(case.packed)
-    grids = [_on_grid(runs, file, directions, stated) for runs in zip(*every, strict=True)]
+    sets = list(zip(*every, strict=True))
+    grids = [_on_grid(runs, file, directions, stated) for runs in sets]
     grids.sort(key=lambda one: one.error)
     table = predictions(grids[0].response, files)
     used, why = decides(table)
@@ -149,13 +174,68 @@ def _on_grid(
     share = ordinary_of(sound, directions, stated).share
     alone = without_offset(sound, share)
     ordinary = ordinary_of(alone, directions, stated)
-    return Learned(tried[best], offset_of(sound, share), ordinary, tuple(alone), errors[best])
+    usual = tuple(Usual(run, one, k) for k, (run, one) in enumerate(zip(runs, alone, strict=True)))
+    return Learned(
+        tried[best], offset_of(sound, share), ordinary, usual, tuple(alone), errors[best]
+    )
 
 
-def reference_of(case: Case) -> tuple[Reference | None, str]:
-    """Learn from the healthy runs of a case, and say why it decides; None where it does not."""
+def by_file(case: Case) -> Reference:
+    """Take the vehicle of the file for what is known: it flies what was asked.
+
+    Raises
+    ------
+    CannotComputeError
+        For a run without rates of turn or attitude, or runs of different channels.
+    """
+    directions = directions_of(case.vehicle, case.packed, case.candidates)
+    sensors = case.vehicle.sensors or Sensors()
+    width = file_widths(directions)
+    random = np.random.default_rng(0)
+    drawn = [(directions, width * random.standard_normal(width.size)) for _ in range(FLIGHTS)]
+    flights = flown(case.packed, sensors, case.runs)
+    others = flown(case.packed, sensors, case.runs, drawn)
+    periods = grid_periods(case.runs)
+
+    def gridded(runs: Sequence[RunTable]) -> list[tuple[GridRun, ...]]:
+        every = [
+            on_grids(case.packed, one, case.vehicle.sensors, directions, periods) for one in runs
+        ]
+        return list(zip(*every, strict=True))
+
+    # runs that are weighed together differ from the file alike: each counts that as wider
+    wide = width * np.sqrt(len(case.runs))
+    file = file_step(case.packed)
+    sound = gridded(case.healthy) if case.healthy else [()] * len(periods)
+    grids = tuple(
+        _of_file(runs, more, known, file, wide)
+        for runs, more, known in zip(gridded(flights), gridded(others), sound, strict=True)
+    )
+    return Reference(directions, grids, width, (), used=False, why=_BY_FILE)
+
+
+def _of_file(
+    runs: Sequence[GridRun],
+    others: Sequence[GridRun],
+    sound: Sequence[GridRun],
+    file: Step,
+    width: FloatArray,
+) -> Learned:
+    """Learn the noise from flights of the file, and what a healthy vehicle leaves from others."""
+    response = Response(runs, BENT[-1], file, file, stiff=STIFF)
+    told = response.told_of_sound()
+    offset = offset_of(told, share_as_claimed(told, width))
+    alone = without_offset(told, offset.share)
+    found = Learned(response, offset, Ordinary(width, share_as_claimed(alone, width)), (), (), 0.0)
+    usual = tuple(Usual(one, found.told([one])[0], None) for one in others)
+    return replace(found, usual=usual, sound=tuple(found.told([one])[0] for one in sound))
+
+
+def reference_of(case: Case) -> Reference:
+    """Return what runs are told against: sound runs where there are enough, else the file."""
+    if len(case.healthy) < LEAST_SOUND:
+        return by_file(case)
     try:
-        found = learned(case, {"vehicle file": FileModel(case.packed)})
+        return learned(case, {"vehicle file": FileModel(case.packed)})
     except CannotComputeError as error:
-        return None, str(error)
-    return found if found.used else None, found.why
+        return replace(by_file(replace(case, healthy=())), why=f"{_BY_FILE}: {error}")

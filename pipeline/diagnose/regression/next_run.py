@@ -10,9 +10,9 @@ from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.taken import all_at
-from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, Change
+from pipeline.diagnose.regression.weigh import Change
 from pipeline.errors import CannotComputeError
-from pipeline.records.diagnosis import NextRun
+from pipeline.records.diagnosis import NONE, UNKNOWN, NextRun
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES, Manoeuvre

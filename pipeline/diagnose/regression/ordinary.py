@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
@@ -114,24 +114,37 @@ def beyond_ordinary(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArr
     return told.information - across @ solved[:, :-1], told.score - across @ solved[:, -1]
 
 
-def _share(told: Sequence[Told], stated: FloatArray) -> float:
+def share_as_claimed(told: Sequence[Told], width: FloatArray) -> FloatArray:
+    """Share (c,) of the information with which runs of one vehicle scatter as it says alone."""
+    channels = range(len(told[0].by_channel))
+    return np.array(
+        [_share([one.of_channel(c) for one in told], width, alike=True) for c in channels]
+    )
+
+
+def _share(told: Sequence[Told], stated: FloatArray, *, alike: bool = False) -> float:
     """Share of the information with which the sound runs scatter as it and the widths say."""
     low, high = _LEAST_SHARE, 1.0
-    if _scatter(told, stated, high) <= 1.0:
+    if _scatter(told, stated, high, alike=alike) <= 1.0:
         return high
     for _ in range(12):
         middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if _scatter(told, stated, middle) > 1.0 else (middle, high)
+        over = _scatter(told, stated, middle, alike=alike) > 1.0
+        low, high = (low, middle) if over else (middle, high)
     return float(np.sqrt(low * high))
 
 
-def _scatter(told: Sequence[Told], stated: FloatArray, share: float) -> float:
-    """Mean square of independent combinations of the directions, over what it should be."""
+def _scatter(told: Sequence[Told], stated: FloatArray, share: float, *, alike: bool) -> float:
+    """Mean square of independent combinations of the directions, over what it should be.
+
+    Runs that are `alike` differ by noise alone, not by the widths.
+    """
     found: list[FloatArray] = []
     for one in told:
         values, vectors = np.linalg.eigh(stated[:, None] * share * one.information * stated)
         score = vectors.T @ (stated * share * one.score)
         known = values > _LEAST_TOLD
-        found.append(score[known] ** 2 / (values[known] * (1.0 + values[known])))
+        differ = 1.0 if alike else 1.0 + values[known]
+        found.append(score[known] ** 2 / (values[known] * differ))
     every = np.concatenate(found)
     return float(np.minimum(every, _MOST_SQUARE).mean()) if every.size else 0.0

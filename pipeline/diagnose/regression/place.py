@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.kinematics.dead_reckoning import ERRORS, mount_of, track_of
 from pipeline.diagnose.kinematics.dvl_errors import reckoning
-from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 from pipeline.vehicle.sensor_schema import Sensors

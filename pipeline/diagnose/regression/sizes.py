@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import brentq
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.weigh import Change
 
 

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.diagnose.linear.coordinates import Coordinate
-from pipeline.diagnose.linear.predictions import voltage_channel
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -18,6 +17,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Readings of a supply that wanders go together: so long ones count as one. [s]
 _BLOCK_S = 4.0
+#: What a healthy supply does, and what a meter is off by in a run. [1]
+_LEAST_NOISE, _BIAS = 0.002, 0.005
 _PARAMETERS = ("voltage_sag:drop", "voltage_sag:load_drop")
 
 
@@ -47,8 +48,7 @@ def supply_told(
     x = np.column_stack([np.ones(readings.size), np.bincount(block, load) / readings])
     x *= [directions[k].unit_size for k in own]
     y = np.bincount(block, missing) / readings
-    channel = voltage_channel(nominal_v, sensors.voltage.noise_v, 1.0)
-    noise, bias = channel.white / nominal_v, channel.bias / nominal_v
+    noise, bias = max(sensors.voltage.noise_v / nominal_v, _LEAST_NOISE), _BIAS
     # the mean is known but for what it is off by in a run; what varies beside the load is no
     # noise, but slow, and counts as one reading
     apart, varies = x - x.mean(axis=0), y - y.mean()

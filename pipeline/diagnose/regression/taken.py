@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, beside_taken

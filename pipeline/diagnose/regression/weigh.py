@@ -16,16 +16,16 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.special import log_ndtr
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.normal import log_inside
 from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
 from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
 from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
 from pipeline.diagnose.regression.told import Told
+from pipeline.records.diagnosis import NONE, UNKNOWN
 from pipeline.types import FloatArray
 
-NONE, UNKNOWN = "none", "unknown"
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
 _NOTHING, _TWO = 0.6, 0.05
 #: Of a force that comes and goes, as probable beside any change as alone.
@@ -98,8 +98,8 @@ class _Runs:
             value -= 0.5 * float(np.linalg.slogdet(inner * width**2)[1])
             for k, size, spread in zip(which, mean, std, strict=True):
                 bounds = self._directions[k].bounds
-                value += _log_mass(bounds, float(size), float(spread))
-                value -= _log_mass(bounds, 0.0, width)
+                value += log_inside(float(size), float(spread), *bounds)
+                value -= log_inside(0.0, width, *bounds)
             tried.append((value, mean, std))
         total = float(np.logaddexp.reduce([one[0] for one in tried]))
         _, mean, std = max(tried, key=lambda one: one[0])
@@ -386,12 +386,3 @@ def _alike(runs: _Runs, one: Change) -> Change:
     share = float(np.log(_NOTHING * _LEARNED_OFF / PRIOR_OF_ONE)) + one.probability - one.evidence
     value, _, _ = runs.shared(one.which, range(runs.count))
     return Change(NONE, (), (), 0.0, value + share, _NO_SIZE, _NO_SIZE)
-
-
-def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
-    low, high = (one - mean for one in bounds)
-    a, b = low / std, high / std
-    if a > 0.0:  # the tail on the other side is the more exact one
-        a, b = -b, -a
-    upper, lower = float(log_ndtr(b)), float(log_ndtr(a))
-    return upper + float(np.log1p(-np.exp(min(lower - upper, -1e-12))))

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
+from pipeline.diagnose.linear.elimination import Marginal
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.linear.coordinates import Coordinate, coordinates, vector_at
-from pipeline.diagnose.linear.elimination import Marginal
+from pipeline.diagnose.coordinates import Coordinate, coordinates, vector_at
 from pipeline.effects.library import apply_effects, candidates, parse_effect
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis_cases import small_case
+from pipeline.diagnose.conclude import consequences
+from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.rules.calibration import calibration
 
 from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.conclude import consequences
 from pipeline.diagnose.engine import diagnose, diagnose_fully
-from pipeline.diagnose.linear.linear_model import Setting, vector_of
-from pipeline.diagnose.rules.calibration import calibration
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.types import FloatArray

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from pipeline.diagnose.gap.forecast import Forecast
+
 from pipeline.diagnose.gap.regimes import Regressor, ratios_of, regime_gaps
 
 

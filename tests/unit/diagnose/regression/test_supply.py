@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import candidates

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.ordinary import Ordinary, _scale, ordinary_of, posterior

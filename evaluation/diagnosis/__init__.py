@@ -1,1 +1,0 @@
-"""Thresholds of the diagnosis, set on generated cases."""

@@ -1,1 +1,0 @@
-"""What each answer leaves of the gap, and what is said because of it."""

@@ -1,0 +1,164 @@
+"""The directions in which a vehicle may differ from its file: one a parameter of an effect.
+
+The stated uncertainty of the vehicle file and the effects of the library are the same directions
+with different widths: a thrust that is 2 % off is ordinary, one that is 30 % off is an effect. So
+there is one list, and a hypothesis says which of them may be wide.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.library import EffectSpec, apply_effects
+from pipeline.errors import CannotComputeError, InputError
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+
+#: Size of a departure, as a share of the far end of the plausible range, that counts as 1.
+_UNIT_SHARE = 0.5
+#: No departure that is an effect goes further: two and a half times what is plausible.
+_FARTHEST = 5.0
+#: Share of the plausible range that shows whether a parameter acts.
+_SMALL = 0.01
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One parameter of one effect at one target.
+
+    Departures are counted in `unit_size`, half way from neutral to the far end of the plausible
+    range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
+    file states for it, in the same count (0: the file says nothing of it).
+    """
+
+    effect: Effect
+    parameter: Parameter
+    target: str | None
+    unit_size: float
+    ordinary: float
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Where the departure may lie as one hypothesis of the effect, counted from neutral.
+
+        On a side of neutral where nothing is plausible it would be another effect; far beyond what
+        is plausible, damping of twenty times the stated one, it would explain a current.
+        """
+        low, high = self.parameter.plausible
+        neutral = self.parameter.neutral
+        least, most = self.parameter.possible
+        low = least if low < neutral else neutral
+        high = most if high > neutral else neutral
+        return (
+            max((low - neutral) / self.unit_size, -_FARTHEST),
+            min((high - neutral) / self.unit_size, _FARTHEST),
+        )
+
+    @property
+    def side(self) -> float:
+        """Sign of the side on which more is plausible."""
+        low, high = self.parameter.plausible
+        neutral = self.parameter.neutral
+        return 1.0 if abs(high - neutral) >= abs(low - neutral) else -1.0
+
+    @property
+    def name(self) -> str:
+        """For messages: effect, parameter and target."""
+        return f"{self.effect.id}:{self.parameter.name}" + (
+            f"@{self.target}" if self.target is not None else ""
+        )
+
+
+def coordinates(
+    packed: PackedVehicle, effects: Mapping[str, Effect], uncertainty: Uncertainty
+) -> tuple[Coordinate, ...]:
+    """List the coordinates of a vehicle, effects in alphabetical order.
+
+    Those that do nothing by themselves are left out: a factor on a coefficient that the vehicle
+    file has at zero, the place of a module that is not there.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal vehicle.
+    effects : mapping of str to Effect
+        The candidates.
+    uncertainty : Uncertainty
+        As the vehicle file states it.
+    """
+    found: list[Coordinate] = []
+    for effect in sorted(effects.values(), key=lambda one: one.id):
+        targets: Sequence[str | None] = (
+            packed.context.thruster_names if effect.scope == "thruster" else (None,)
+        )
+        for target in targets:
+            for parameter in effect.parameters:
+                unit = _UNIT_SHARE * _far(parameter)
+                ordinary = _ordinary(effect.id, parameter, packed, uncertainty) / unit
+                one = Coordinate(effect, parameter, target, unit, ordinary)
+                if _acts(packed, one):
+                    found.append(one)
+    return tuple(found)
+
+
+def _far(parameter: Parameter) -> float:
+    """Distance from neutral to the far end of the plausible range, in the parameter's unit."""
+    return max(abs(limit - parameter.neutral) for limit in parameter.plausible)
+
+
+def _acts(packed: PackedVehicle, one: Coordinate) -> bool:
+    """Whether a small departure changes anything; what is refused counts as acting."""
+    by = one.side * _SMALL * _far(one.parameter)
+    spec = EffectSpec(one.effect.id, {one.parameter.name: one.parameter.neutral + by}, one.target)
+    try:
+        changed = apply_effects(packed.vector, [spec], packed.context)
+    except (CannotComputeError, InputError):
+        return True
+    return not np.array_equal(changed, packed.vector)
+
+
+def _ordinary(
+    effect_id: str, parameter: Parameter, packed: PackedVehicle, uncertainty: Uncertainty
+) -> float:
+    """Return what the vehicle file's uncertainty says of an effect's parameter, or else its own.
+
+    Lift is a hull force as damping is, and its moments stand against the Munk moment of the added
+    masses, whose uncertainty they share.
+    """
+    if effect_id == "lift":
+        added = np.diag(read(packed.vector, "added_mass"))
+        munk = {"pitch_slope": added[2] - added[0], "yaw_slope": added[1] - added[0]}
+        name = parameter.name
+        slope = float(read(packed.vector, name.replace("_slope", "_lift_slope")))
+        return float(
+            np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(name, 0.0))
+        )
+    if effect_id == "thrust_deduction" and packed.context.deduction_std is not None:
+        return parameter.ordinary
+    return {
+        "thruster_degraded": uncertainty.thrust,
+        "thrust_deduction": uncertainty.thrust,
+        "added_mass": uncertainty.added_mass,
+        "linear_damping": uncertainty.damping,
+        "quadratic_damping": uncertainty.damping,
+        "residual_buoyancy": uncertainty.buoyancy_n,
+        "cg_shift": uncertainty.centre_of_mass_m,
+    }.get(effect_id, parameter.ordinary)
+
+
+def specs_at(
+    all_coordinates: Sequence[Coordinate], departures: FloatArray
+) -> tuple[EffectSpec, ...]:
+    """Effects with their values for departures (g,); those at neutral are left out."""
+    values: dict[tuple[str, str | None], dict[str, float]] = {}
+    for index in np.flatnonzero(departures).tolist():
+        one = all_coordinates[index]
+        value = one.parameter.neutral + one.unit_size * float(departures[index])
+        least, most = one.parameter.possible
+        value = min(max(value, least), most)
+        values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value
+    return tuple(EffectSpec(id_, found, target) for (id_, target), found in values.items())

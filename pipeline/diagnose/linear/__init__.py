@@ -1,1 +1,0 @@
-"""The linear model of all windows: unknowns, derivatives by them, what is integrated out."""

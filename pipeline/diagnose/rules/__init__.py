@@ -1,1 +1,0 @@
-"""Rules and thresholds by which weighed answers become what is said; numbers only."""
