@@ -57,9 +57,7 @@ def with_effects(case: Case, count: int, true: str) -> Case:
     return replace(case, effects={name: case.candidates[name] for name in names})
 
 
-def rows_of(
-    case: Case, true: str, rounds: int
-) -> list[tuple[str, float, float, str]]:
+def rows_of(case: Case, true: str, rounds: int) -> list[tuple[str, float, float, str]]:
     """Measure every line of the table: what, seconds, the peer's seconds, verdict."""
     rows = []
 
@@ -96,7 +94,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--vehicle", default="rov8")
     parser.add_argument("--effect", default="quadratic_damping")
-    parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--raw", type=Path, default=Path("raw"))
     parser.add_argument("--out", type=Path, default=Path())
@@ -111,7 +108,7 @@ def main() -> None:
         wanted.vehicle, made.subject.vehicle, packed_of(made.subject), made.runs + made.holdout
     )
     case = replace(case, runs=case.runs[: RUNS[-1]])
-    text = table(rows_of(case, wanted.effect, wanted.threads, wanted.rounds), len(case.candidates))
+    text = table(rows_of(case, wanted.effect, wanted.rounds), len(case.candidates))
     print(text)
     if wanted.page is not None:
         page.update(wanted.page, *MARKS, text)

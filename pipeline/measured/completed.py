@@ -12,6 +12,8 @@ from pipeline.types import FloatArray
 
 #: Mean of the specific force that counts as the direction of gravity. [s]
 _LEVEL_S = 2.0
+#: A position that is read less often says little of a velocity. [s]
+_OFTEN_S = 0.5
 
 
 def completed(run: RunTable) -> RunTable:
@@ -29,7 +31,7 @@ def completed(run: RunTable) -> RunTable:
     if attitude is None and rates is not None and force is not None:
         attitude = _levelled(rates, force, run.period_s)
         found["attitude"] = "specific_force", attitude
-    position = channel_of(run, "position")
+    position = channel_of(run, "position") if run.pause_s("position") <= _OFTEN_S else None
     if channel_of(run, "velocity") is None and position is not None and attitude is not None:
         over_ground = smoothed(position, window_of(run, "position"), run.period_s)[1]
         turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])

@@ -30,7 +30,7 @@ def told(tank: MeasuredSubject) -> DiagnosisRecord:
     bad = injected(tank.packed, runs[1], [spec], tank.vehicle.sensors).run
     healthy = (runs[0], runs[2], runs[4])
     case = Case("tank", tank.vehicle, tank.packed, (bad, runs[3]), healthy=healthy)
-    return diagnose(case, threads=1)
+    return diagnose(case)
 
 
 def test_the_weak_thruster_is_named_with_its_run(told: DiagnosisRecord) -> None:
@@ -58,7 +58,7 @@ def test_a_wrong_scale_of_the_velocity_is_named(tank: MeasuredSubject) -> None:
     runs = sorted(tank.runs, key=lambda one: one.time_s.size)
     bad = replace(runs[1], values=runs[1].values | {"velocity": 1.1 * runs[1].values["velocity"]})
     case = Case("tank", tank.vehicle, tank.packed, (bad,), healthy=(runs[0], runs[2], runs[4]))
-    record = diagnose(case, threads=1)
+    record = diagnose(case)
     assert record.verdict.effects == ("dvl_scale",)
     assert record.verdict.since
     low, high = record.ranking[0].parameters["scale"].ci95
@@ -76,7 +76,7 @@ def test_a_thruster_that_did_nothing_is_named_without_sound_runs(
     told = commanded_without_effect(pool.packed, run, "sway")
     every = candidates(pool.packed.context)
     few = {name: every[name] for name in ("thruster_degraded", "residual_buoyancy")}
-    record = diagnose(Case("pool", pool.vehicle, pool.packed, (told,), effects=few), threads=1)
+    record = diagnose(Case("pool", pool.vehicle, pool.packed, (told,), effects=few))
     assert record.verdict.effects[0] == "thruster_degraded"
     assert record.verdict.detail.thruster == "sway"
     low, high = record.ranking[0].parameters["thrust_fraction"].ci95

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
-from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
+from pipeline.diagnose.regression.disturbance import beside_disturbance
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, on_grids
 from pipeline.diagnose.regression.known import Learned, Reference
@@ -21,7 +21,6 @@ from pipeline.diagnose.regression.weigh import (
     Change,
     pooled,
     weighed,
-    with_disturbance,
 )
 from pipeline.diagnose.regression.where import STRETCH_S, gap_and_leftover
 from pipeline.diagnose.tell.sentence import sentence
@@ -45,8 +44,6 @@ from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
-#: Beside changes less probable than this no other force is looked for.
-_HARDLY = 0.01
 #: Signatures closer than this are alike. [1]
 _ALIKE = 0.9
 _AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
@@ -164,39 +161,7 @@ def _weighed_on(
     """Weigh all changes on one grid."""
     told = learned.told(runs)
     ranking = weighed(told, directions, learned.ordinary, gained, learned.sound)
-    return told, _beside_disturbance(learned, runs, told, ranking)
-
-
-def _beside_disturbance(
-    learned: Learned, runs: Sequence[GridRun], told: Sequence[Told], ranking: Sequence[Change]
-) -> tuple[Change, ...]:
-    """Weigh that a force comes and goes beside each change that is plausible, or alone.
-
-    It is looked for in what is left when a run differs by what is ordinary, too.
-    """
-    response = learned.response
-
-    def ratios(left: FloatArray) -> FloatArray:
-        return block_ratios(response.filtered(left), response.period_s)
-
-    count, ordinary = learned.ordinary.width.size, learned.ordinary
-    sound = []
-    for usual in learned.usual:
-        few = replace(ordinary, width=ordinary.width[: usual.told.thrust.size])
-        left = response.after(usual.run, few.of(usual.told, 0.0), left_out=usual.left_out)[2]
-        sound.append(ratios(left))
-    odds: dict[str, float] = {}
-    for one in ranking:
-        if one.probability < _HARDLY or one.name == UNKNOWN:
-            continue
-        changed = np.zeros(count)
-        changed[list(one.which)] = one.mean
-        asked = []
-        for k, (run, own) in enumerate(zip(runs, told, strict=True)):
-            change = changed if k in one.runs else np.zeros_like(changed)
-            asked.append(ratios(response.after(run, change + learned.ordinary.of(own, change))[2]))
-        odds[one.name] = log_odds(sound, asked)
-    return with_disturbance(ranking, odds)
+    return told, beside_disturbance(learned, runs, told, ranking)
 
 
 def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:

@@ -6,15 +6,26 @@ than readings within them do. The ratio of both (one-way analysis of variance) d
 how noisy a run is. How large it is without such a force, and how much that differs from run to run
 in all channels alike, as manoeuvres do, the sound runs say, each left out in turn. They also say
 how often a single channel stands out: that which a manoeuvre moves, if no other run moves it.
+Where the file stands in for sound runs, how strong the means of blocks are is a sign, too: what a
+healthy vehicle's noise is it states, and from one measured run to the next nobody knows.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 from scipy.special import logsumexp
 
+from pipeline.diagnose.regression.grid import GridRun
+from pipeline.diagnose.regression.known import Learned
+from pipeline.diagnose.regression.told import Told
+from pipeline.diagnose.regression.weigh import Change, with_disturbance
+from pipeline.records.diagnosis import UNKNOWN
 from pipeline.types import FloatArray
+
+#: Beside changes less probable than this no other force is looked for.
+_HARDLY = 0.01
 
 #: A block. [s]
 _BLOCK_S = 4.0
@@ -31,18 +42,65 @@ _FORCE, _SHOWN = np.log(np.geomspace(2.0, 100.0, 25)), 0.5
 _STAND_OUT = np.array([0.001, 0.003, 0.01, 0.03, 0.1, 0.3])
 
 
-def block_ratios(left: FloatArray, period_s: float) -> FloatArray:
-    """Variance between blocks over that within (c,) of filtered remainders (k, c).
+def beside_disturbance(
+    learned: Learned, runs: Sequence[GridRun], told: Sequence[Told], ranking: Sequence[Change]
+) -> tuple[Change, ...]:
+    """Weigh that a force comes and goes beside each change that is plausible, or alone.
 
-    Expected to be one for white noise. Not a number for fewer than three blocks.
+    It is looked for in what is left when a run differs by what is ordinary, too.
+
+    Parameters
+    ----------
+    learned : Learned
+        What is known of the vehicle on one grid.
+    runs, told
+        The runs that are asked, and what they say.
+    ranking : sequence of Change
+        All hypotheses.
+    """
+    response, ordinary = learned.response, learned.ordinary
+
+    def left_of(
+        run: GridRun, own: Told, change: FloatArray, left_out: int | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        few = replace(ordinary, width=ordinary.width[: own.thrust.size])
+        left = response.after(run, change + few.of(own, change), left_out=left_out)[2]
+        return block_powers(response.filtered(left), response.period_s)
+
+    usual = [
+        left_of(one.run, one.told, np.zeros(one.told.thrust.size), one.left_out)
+        for one in learned.usual
+    ]
+    odds: dict[str, float] = {}
+    for one in ranking:
+        if one.probability < _HARDLY or one.name == UNKNOWN:
+            continue
+        changed = np.zeros(ordinary.width.size)
+        changed[list(one.which)] = one.mean
+        asked = [
+            left_of(run, own, changed if k in one.runs else np.zeros_like(changed))
+            for k, (run, own) in enumerate(zip(runs, told, strict=True))
+        ]
+        odds[one.name] = log_odds(*([a / b for a, b in own] for own in (usual, asked)))
+        if learned.by_file:
+            size = np.exp(np.nanmean([np.log(a) for a, _ in usual], axis=0))
+            strong = log_odds(*([a / size for a, _ in own] for own in (usual, asked)))
+            odds[one.name] = float(np.logaddexp(odds[one.name], strong) - np.log(2.0))
+    return with_disturbance(ranking, odds)
+
+
+def block_powers(left: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray]:
+    """Variance between blocks, and within them, (c,) each, of filtered remainders (k, c).
+
+    Expected to be the same for white noise. Not a number for fewer than three blocks.
     """
     length = max(round(_BLOCK_S / period_s), 2)
     count = len(left) // length
     if count < 3:
-        return np.full(left.shape[1], np.nan)
+        return np.full(left.shape[1], np.nan), np.ones(left.shape[1])
     blocks = left[: count * length].reshape(count, length, -1)
-    within = blocks.var(axis=1, ddof=1).mean(axis=0)
-    return np.asarray(length * blocks.mean(axis=1).var(axis=0, ddof=1) / np.maximum(within, 1e-24))
+    within = np.maximum(blocks.var(axis=1, ddof=1).mean(axis=0), 1e-24)
+    return np.asarray(length * blocks.mean(axis=1).var(axis=0, ddof=1)), within
 
 
 def log_odds(sound: Sequence[FloatArray], asked: Sequence[FloatArray]) -> float:
@@ -51,7 +109,7 @@ def log_odds(sound: Sequence[FloatArray], asked: Sequence[FloatArray]) -> float:
     Parameters
     ----------
     sound, asked : sequence of ndarray, shape (c,)
-        Ratios of blocks of each run; see `block_ratios`.
+        Ratios of blocks of each run; variance between over that within, see `block_powers`.
     """
     tried = [_both(sound, asked, freedom) for freedom in _FREEDOM]
     ordinary, forced = np.concatenate(tried, axis=1)

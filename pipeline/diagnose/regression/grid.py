@@ -77,7 +77,7 @@ def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
     """Return the spacings that a grid may have: shares of a second, no nearer than readings [s]."""
     slowest = PERIODS_S[0]
     for run in runs:
-        linear = next((one for one in ("velocity", "position") if one in run.values), "depth")
+        linear = "velocity" if "velocity" in completed(run).values else "depth"
         for quantity in (linear, "angular_velocity"):
             marks = run.reading.get(quantity)
             if marks is not None and marks.sum() > 2:

@@ -74,6 +74,11 @@ class Learned:
         return [self.offset.removed(self.response.told(run), len(runs)) for run in runs]
 
     @property
+    def by_file(self) -> bool:
+        """Whether flights of the file stand in for sound runs."""
+        return all(one.left_out is None for one in self.usual)
+
+    @property
     def trusted(self) -> float:
         """Share of the information of a run that is left over all channels."""
         return float(np.exp(np.mean(np.log(self.offset.share * self.ordinary.share))))
@@ -236,6 +241,7 @@ def reference_of(case: Case) -> Reference:
     if len(case.healthy) < LEAST_SOUND:
         return by_file(case)
     try:
-        return learned(case, {"vehicle file": FileModel(case.packed)})
+        found = learned(case, {"vehicle file": FileModel(case.packed)})
     except CannotComputeError as error:
-        return replace(by_file(replace(case, healthy=())), why=f"{_BY_FILE}: {error}")
+        return replace(by_file(replace(case, healthy=())), why=str(error))
+    return found if found.used else replace(by_file(case), why=found.why)

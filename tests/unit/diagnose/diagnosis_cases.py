@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pipeline.diagnose.linear.elimination import Marginal
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.coordinates import Coordinate, coordinates, vector_at
+from pipeline.diagnose.coordinates import Coordinate, coordinates, specs_at
 from pipeline.effects.library import apply_effects, candidates, parse_effect
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
@@ -16,8 +15,6 @@ from pipeline.simulate.pack import pack_vehicle
 from pipeline.simulate.sensors import measure
 from pipeline.vehicle.load import load_vehicle
 
-#: Information that planted readings have on each departure.
-STRENGTH = 400.0
 EFFECTS = ("residual_buoyancy", "thruster_degraded", "dvl_scale", "quadratic_damping")
 
 
@@ -37,7 +34,8 @@ def small_case(
     library = {id_: one for id_, one in candidates(packed.context).items() if id_ in effects}
     every = coordinates(packed, library, vehicle.model.uncertainty)
     drawn = np.random.default_rng(seed).standard_normal(len(every))
-    true = vector_at(packed, every, drawn * np.array([one.ordinary for one in every]))
+    ordinary = specs_at(every, drawn * np.array([one.ordinary for one in every]))
+    true = apply_effects(packed.vector, ordinary, packed.context)
     true = apply_effects(true, [parse_effect(text) for text in faults], packed.context)
     runs = []
     for number, name in enumerate(manoeuvres):
@@ -57,12 +55,3 @@ def small_coordinates(effects: Sequence[str] = EFFECTS) -> tuple[Coordinate, ...
 def index_of(every: Sequence[Coordinate], name: str) -> int:
     """Place of a departure by its name."""
     return [one.name for one in every].index(name)
-
-
-def planted(every: tuple[Coordinate, ...], truth: dict[int, float]) -> Marginal:
-    """Readings that show every departure alike (`STRENGTH`) and apart, without noise."""
-    information = STRENGTH * np.eye(len(every))
-    x = np.zeros(len(every))
-    for index, value in truth.items():
-        x[index] = value
-    return Marginal(information, information @ x, float(x @ information @ x), 0.0)

@@ -6,7 +6,7 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.regression.answer import against_sound
+from pipeline.diagnose.regression.answer import against
 from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.held_out import FileModel
@@ -34,7 +34,7 @@ def known(case: Case) -> Reference:
 
 @pytest.fixture(scope="module")
 def told(case: Case, known: Reference) -> DiagnosisRecord:
-    return against_sound(case, known, ())[0]
+    return against(case, known, ())[0]
 
 
 def test_the_gap_has_horizons_channels_and_regimes(told: DiagnosisRecord) -> None:

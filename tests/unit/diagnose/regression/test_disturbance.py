@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pipeline.diagnose.regression.disturbance import block_ratios, log_odds
+from pipeline.diagnose.regression.disturbance import block_powers, log_odds
 from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, Change, with_disturbance
 
 PERIOD_S = 0.25
@@ -19,16 +19,21 @@ def left(seed: int, pull: float = 0.0) -> np.ndarray:
 
 
 def ratios(seed: int, pull: float = 0.0) -> np.ndarray:
-    return block_ratios(left(seed, pull), PERIOD_S)
+    return ratio_of(left(seed, pull))
+
+
+def ratio_of(values: np.ndarray) -> np.ndarray:
+    between, within = block_powers(values, PERIOD_S)
+    return between / within
 
 
 def test_the_ratio_is_that_of_an_analysis_of_variance() -> None:
     values = left(1, 1.0)
     blocks = values.reshape(15, 16, 2)
     expected = [stats.f_oneway(*blocks[:, :, c]).statistic for c in range(2)]
-    assert block_ratios(values, PERIOD_S) == pytest.approx(expected)
-    assert block_ratios(100.0 * values, PERIOD_S) == pytest.approx(expected)
-    assert np.isnan(block_ratios(values[:40], PERIOD_S)).all()
+    assert ratio_of(values) == pytest.approx(expected)
+    assert ratio_of(100.0 * values) == pytest.approx(expected)
+    assert np.isnan(ratio_of(values[:40])).all()
 
 
 def test_a_pull_for_a_sixth_of_a_run_shows_and_noise_does_not() -> None:

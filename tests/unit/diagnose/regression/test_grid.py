@@ -16,7 +16,9 @@ def test_heave_by_the_depth_does_not_begin_before_the_vehicle_sinks() -> None:
     time = run.time_s - run.time_s[0]
     level = np.zeros_like(run.values["attitude"])
     level[:, 0] = 1.0
-    values = {name: one for name, one in run.values.items() if name != "velocity"} | {
+    values = {
+        name: one for name, one in run.values.items() if name in {"command", "angular_velocity"}
+    } | {
         "depth": speed_mps * np.maximum(time - begins_s, 0.0)[:, None],
         "attitude": level,
     }
