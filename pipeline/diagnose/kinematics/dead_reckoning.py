@@ -33,8 +33,6 @@ ERRORS: tuple[tuple[str, str, float, float], ...] = (
     ("dvl_misalignment", "yaw_deg", 0.0, 0.1),
     ("dvl_scale", "scale", 1.0, 0.01),
 )
-#: Effects that only what is measured shows, not how the vehicle moves.
-MEASUREMENT = frozenset(effect for effect, _, _, _ in ERRORS)
 NEUTRAL = np.array([neutral for _, _, neutral, _ in ERRORS])
 #: Least and most time from one end of a stretch to the other. [s]
 _STRETCH_S, _LONGEST_S = 2.0, 6.0

@@ -1,7 +1,7 @@
 """The answer: runs against the sound ones, or against the file, written as a diagnosis."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,7 +40,6 @@ from pipeline.records.diagnosis import (
     Verdict,
 )
 from pipeline.records.run_table import RunTable
-from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
