@@ -23,7 +23,7 @@ from pipeline.language import translate
 @several(
     "--holdout",
     "RUN...",
-    "Runs that are kept out of the fit and judge the answer.  [default: every 4th window]",
+    "Runs that judge how far the gap shrinks.  [default: each half of the runs in turn]",
 )
 @several(
     "--healthy", "RUN...", "Runs from when the vehicle was well: they show what is ordinary on it."

@@ -6,7 +6,13 @@ from pipeline.records.day_findings import DayDiagnosis, RunDiagnosis, agree, day
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.trial import StoredRun
 from pipeline.stages.job import Job, leaves_record
-from pipeline.stages.run_diagnosis import diagnosed, measured, reference_for, to_diagnose
+from pipeline.stages.run_diagnosis import (
+    diagnosed,
+    measured,
+    sound_beside,
+    to_diagnose,
+    told_against,
+)
 
 #: Seconds of each run that the diagnosis of all together takes.
 TOGETHER_S = 40.0
@@ -59,11 +65,11 @@ def _together(
     copies = repeated_runs({name: stored[name] for name in alone})
     try:
         vehicle = to_diagnose(job)
-        healthy, against = reference_for(job, vehicle, [*alone])
+        healthy = sound_beside(job, vehicle, [*alone])
         tables = [measured(stored[name], vehicle) for name in alone if name not in copies]
         record, _ = diagnosed(vehicle, tables, healthy, TOGETHER_S)
     except CannotComputeError as error:
         if is_of_the_machine(error):
             raise
         return None, str(error), ""
-    return record, "", against
+    return record, "", told_against(record)

@@ -30,24 +30,24 @@ _LEAST_SOUND = 2
 SWITCHED_OFF = "vehicle.yaml says `diagnose: false`."
 #: Share of its range by which a command has moved.
 _MOVES = 0.02
-_FILE = "the vehicle file"
+FILE = "the vehicle file"
 
 
 @leaves_record
 def run(job: Job) -> RunDiagnosis | tuple[RunDiagnosis, str]:
     """Diagnose the run; where that cannot be, leave why."""
     stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
-    found = RunDiagnosis(vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=_FILE)
+    found = RunDiagnosis(vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=FILE)
     try:
         one = to_diagnose(job)
-        healthy, against = reference_for(job, one, (stored.run,))
+        healthy = sound_beside(job, one, (stored.run,))
         record, used = diagnosed(one, [measured(stored, one)], healthy)
     except CannotComputeError as error:
         if is_of_the_machine(error):
             raise
         return found.model_copy(update={"why_not": str(error)})
     told = short_finding(day_findings({stored.run: record})[0])
-    whole = {"against": against, "stretches": used, "record": record}
+    whole = {"against": told_against(record), "stretches": used, "record": record}
     return found.model_copy(update=whole), told
 
 
@@ -77,31 +77,32 @@ def measured(stored: StoredRun, one: "SimulatedVehicle") -> RunTable:
     return with_known(replace(table, name=stored.run), stored.notes, one)
 
 
-def reference_for(
-    job: Job, one: "SimulatedVehicle", asked: Sequence[str]
-) -> tuple[tuple[RunTable, ...], str]:
-    """Return the sound runs that the runs are told against, and how to call that.
+def sound_beside(job: Job, one: "SimulatedVehicle", asked: Sequence[str]) -> tuple[RunTable, ...]:
+    """Return the sound runs of the reference, but for those that are asked.
 
-    None where no reference is used, or too few of its runs are left beside those asked of.
+    None where there is no reference, or too few of its runs are left.
     """
     path = next((path for path in job.inputs if path.name == "reference.json"), None)
     if path is None:
-        return (), _FILE
+        return ()
     try:
         record = read_envelope(path, "reference", ReferenceRecord).record
     except InputError:
-        return (), _FILE
-    if record is None or not record.used or record.vehicle_file_sha256 != one.file_digest:
-        return (), _FILE
+        return ()
+    if record is None or record.vehicle_file_sha256 != one.file_digest:
+        return ()
     names = {sound.name for sound in record.runs} - set(asked)
     stored = [one.record for _, one in job.all_in("pool", "pool_run", StoredRun)]
     sound = [run for run in stored if run is not None and run.run in names]
     if len(sound) < _LEAST_SOUND:
-        return (), _FILE
-    return (
-        tuple(measured(run, one) for run in sound),
-        "the sound runs " + ", ".join(run.run for run in sound),
-    )
+        return ()
+    return tuple(measured(run, one) for run in sound)
+
+
+def told_against(record: DiagnosisRecord) -> str:
+    """Say what a diagnosis is told against."""
+    since = record.verdict.since
+    return f"the sound runs {since}" if since else FILE
 
 
 def diagnosed(

@@ -1,1 +1,1 @@
-"""The gap: predictions ahead of each window, the healthy floor, and where both differ."""
+"""Where a gap lies: regimes, times, and what a force that is left goes with."""

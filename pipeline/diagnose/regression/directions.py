@@ -8,6 +8,7 @@ from pipeline.diagnose.coordinates import Coordinate, coordinates
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import unstated
 from pipeline.measured.inject import READINGS
+from pipeline.physics.parameters import read
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -32,6 +33,8 @@ _MOUNTED = {
     "delay_s": 0.02,
     "scale": 0.01,
 }
+#: Share that a stated lag is known to.
+_LAG_SHARE = 0.3
 
 
 def directions_of(
@@ -70,11 +73,16 @@ def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatAr
     return np.array(found)
 
 
-def file_widths(directions: Sequence[Coordinate]) -> FloatArray:
+def file_widths(packed: PackedVehicle, directions: Sequence[Coordinate]) -> FloatArray:
     """By how much a vehicle differs from its file along each direction, in its units (d,)."""
+    count = len(packed.thruster_names)
+    lag_s = float(read(packed.vector, "lag")[:count].mean()) if count else 0.0
     found = []
     for one in directions:
-        mounted = _MOUNTED.get(one.parameter.name) if one.effect.id in READINGS else None
-        own = one.ordinary if mounted is None else mounted / one.unit_size
+        own = one.ordinary
+        if one.effect.id in READINGS:
+            own = _MOUNTED[one.parameter.name] / one.unit_size
+        if one.effect.id == "thruster_lag":
+            own = max(own, _LAG_SHARE * lag_s / one.unit_size)
         found.append(max(own, NEVER))
     return np.array(found)

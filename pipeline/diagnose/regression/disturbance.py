@@ -26,6 +26,8 @@ from pipeline.types import FloatArray
 
 #: Beside changes less probable than this no other force is looked for.
 _HARDLY = 0.01
+#: Share of what a change does that its signature may be off by. [1]
+_INEXACT = 0.1
 
 #: A block. [s]
 _BLOCK_S = 4.0
@@ -62,10 +64,12 @@ def beside_disturbance(
 
     def left_of(
         run: GridRun, own: Told, change: FloatArray, left_out: int | None = None
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Variance of what is left between blocks, within them, and of what the change did."""
         few = replace(ordinary, width=ordinary.width[: own.thrust.size])
-        left = response.after(run, change + few.of(own, change), left_out=left_out)[2]
-        return block_powers(response.filtered(left), response.period_s)
+        _, first, left = response.after(run, change + few.of(own, change), left_out=left_out)
+        did, _ = block_powers(response.filtered(first - left), response.period_s)
+        return (*block_powers(response.filtered(left), response.period_s), did)
 
     usual = [
         left_of(one.run, one.told, np.zeros(one.told.thrust.size), one.left_out)
@@ -81,10 +85,12 @@ def beside_disturbance(
             left_of(run, own, changed if k in one.runs else np.zeros_like(changed))
             for k, (run, own) in enumerate(zip(runs, told, strict=True))
         ]
-        odds[one.name] = log_odds(*([a / b for a, b in own] for own in (usual, asked)))
+        odds[one.name] = log_odds(*([a / b for a, b, _ in own] for own in (usual, asked)))
         if learned.by_file:
-            size = np.exp(np.nanmean([np.log(a) for a, _ in usual], axis=0))
-            strong = log_odds(*([a / size for a, _ in own] for own in (usual, asked)))
+            size = np.exp(np.nanmean([np.log(a) for a, _, _ in usual], axis=0))
+            strong = log_odds(
+                *([a / (size + _INEXACT**2 * did) for a, _, did in own] for own in (usual, asked))
+            )
             odds[one.name] = float(np.logaddexp(odds[one.name], strong) - np.log(2.0))
     return with_disturbance(ranking, odds)
 

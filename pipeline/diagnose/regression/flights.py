@@ -28,7 +28,7 @@ from pipeline.vehicle.sensor_schema import Depth, Dvl, Imu, Position, Sensor, Se
 
 #: Outside force of a healthy vehicle, a share of a thruster's largest thrust, and its size over
 #: that, one flight after the other.
-_FORCE_SHARE, _FORCE_SIZES = 0.005, (0.5, 1.0, 0.25, 0.5, 1.0, 2.0)
+_FORCE_SHARE, _FORCE_SIZES = 0.005, (0.5, 1.0, 2.0, 4.0, 1.0, 2.0)
 #: Time constants of the outside force; half of the variance each. [s]
 _FAST_S, _SLOW_S = 0.8, 10.0
 FLIGHTS = len(_FORCE_SIZES)

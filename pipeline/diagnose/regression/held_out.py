@@ -22,7 +22,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
 Method = Literal["reference", "vehicle file", "identified file", "black box", "last value"]
-#: How far ahead. The engine that decides is the one whose model predicts better over the first. [s]
+#: How far ahead. [s]
 AHEAD_S = (1.0, 3.0, 6.0)
 #: Windows begin so far apart. [s]
 _EVERY_S = 1.5

@@ -30,6 +30,7 @@ from pipeline.diagnose.regression.signatures import stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
+from pipeline.measured.completed import completed
 from pipeline.records.reference import Prediction, Width
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
@@ -37,6 +38,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
+#: What tells how a vehicle moved.
+_MOTION = frozenset({"angular_velocity", "attitude"})
 _BY_FILE = "there are fewer than three sound runs to tell them against"
 
 
@@ -195,7 +198,7 @@ def by_file(case: Case) -> Reference:
     """
     directions = directions_of(case.vehicle, case.packed, case.candidates)
     sensors = case.vehicle.sensors or Sensors()
-    width = file_widths(directions)
+    width = file_widths(case.packed, directions)
     random = np.random.default_rng(0)
     drawn = [(directions, width * random.standard_normal(width.size)) for _ in range(FLIGHTS)]
     flights = flown(case.packed, sensors, case.runs)
@@ -208,13 +211,13 @@ def by_file(case: Case) -> Reference:
         ]
         return list(zip(*every, strict=True))
 
+    sound = [one for one in case.healthy if completed(one).values.keys() >= _MOTION]
     # runs that are weighed together differ from the file alike: each counts that as wider
     wide = width * np.sqrt(len(case.runs))
     file = file_step(case.packed)
-    sound = gridded(case.healthy) if case.healthy else [()] * len(periods)
     grids = tuple(
         _of_file(runs, more, known, file, wide)
-        for runs, more, known in zip(gridded(flights), gridded(others), sound, strict=True)
+        for runs, more, known in zip(gridded(flights), gridded(others), gridded(sound), strict=True)
     )
     return Reference(directions, grids, width, (), used=False, why=_BY_FILE)
 
@@ -233,7 +236,9 @@ def _of_file(
     alone = without_offset(told, offset.share)
     found = Learned(response, offset, Ordinary(width, share_as_claimed(alone, width)), (), (), 0.0)
     usual = tuple(Usual(one, found.told([one])[0], None) for one in others)
-    return replace(found, usual=usual, sound=tuple(found.told([one])[0] for one in sound))
+    # one that was measured otherwise says nothing of these channels
+    alike = [one for one in sound if one.channels == response.channels]
+    return replace(found, usual=usual, sound=tuple(found.told([one])[0] for one in alike))
 
 
 def reference_of(case: Case) -> Reference:

@@ -1,1 +1,1 @@
-"""What is written down: the record, its sentence and notes, the next run, the corrected file."""
+"""What is told: the verdict in a sentence, and what no vehicle file can say."""

@@ -9,29 +9,17 @@ from pipeline.records.diagnosis import Leftover, RankedEffect
 _UNLIKELY = 0.05
 
 
-def sentence(  # noqa: PLR0917 - one caller
+def sentence(
     names: Sequence[str],
     probability: float,
     ambiguous: Sequence[str],
     ranking: Sequence[RankedEffect],
     left: Leftover,
-    too_small: str = "",
-    least_gap: float = 1.0,
 ) -> str:
-    """Say the verdict, its probability, and what it may be as well.
-
-    `too_small` is what the readings speak for where `none` is said because no channel is as far off
-    as `least_gap` healthy floors.
-    """
+    """Say the verdict, its probability, and what it may be as well."""
     first = ranking[0] if ranking else None
     sure = f"(probability {probability:.2f})"
-    if tuple(names) == ("none",) and too_small:
-        said = (
-            f"No gap to speak of: the readings speak for {too_small.replace('+', ' with ')}, but "
-            f"no channel in which it acts is off by {least_gap:g} times what a healthy vehicle is"
-        )
-        ambiguous = [name for name in ambiguous if name not in too_small.split("+")]
-    elif tuple(names) == ("none",) and "unknown" in ambiguous:
+    if tuple(names) == ("none",) and "unknown" in ambiguous:
         # the gap may be one that few healthy vehicles have
         said = (
             "No effect: what the vehicle file states as uncertain suffices to explain these runs "

@@ -44,17 +44,6 @@ def test_what_an_effect_cannot_be_told_from_is_said_last() -> None:
     assert said.endswith("(probability 0.60). These runs cannot tell it from lift.")
 
 
-def test_none_for_want_of_a_gap_says_what_the_readings_speak_for() -> None:
-    """Not that the runs cannot tell: they tell it surely, and it matters little."""
-    said = sentence(
-        ("none",), 0.8, ("lift", "payload"), ranked(none=0.8, lift=0.2), LEFT, "lift", 1.3
-    )
-    assert said.startswith("No gap to speak of: the readings speak for lift, but no channel")
-    assert "1.3 times" in said
-    assert "0.80" not in said
-    assert said.endswith("These runs cannot tell it from payload.")
-
-
 def test_two_thrusters_are_each_named_with_their_effect() -> None:
     (row,) = ranked(thruster_degraded_and_thruster_misalignment=0.99)
     row = row.model_copy(
