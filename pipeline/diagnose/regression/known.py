@@ -209,7 +209,7 @@ def by_file(case: Case) -> Reference:
         every = [
             on_grids(case.packed, one, case.vehicle.sensors, directions, periods) for one in runs
         ]
-        return list(zip(*every, strict=True))
+        return list(zip(*every, strict=True)) if every else [()] * len(periods)
 
     sound = [one for one in case.healthy if completed(one).values.keys() >= _MOTION]
     # runs that are weighed together differ from the file alike: each counts that as wider
