@@ -38,6 +38,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
+#: Spacings of the grid that flights of the file are laid on.
+_GRIDS = 2
 #: What tells how a vehicle moved.
 _MOTION = frozenset({"angular_velocity", "attitude"})
 _BY_FILE = "there are fewer than three sound runs to tell them against"
@@ -203,7 +205,8 @@ def by_file(case: Case) -> Reference:
     drawn = [(directions, width * random.standard_normal(width.size)) for _ in range(FLIGHTS)]
     flights = flown(case.packed, sensors, case.runs)
     others = flown(case.packed, sensors, case.runs, drawn)
-    periods = grid_periods(case.runs)
+    # the file is a model at any spacing; the finer ones lose least
+    periods = grid_periods(case.runs)[:_GRIDS]
 
     def gridded(runs: Sequence[RunTable]) -> list[tuple[GridRun, ...]]:
         every = [

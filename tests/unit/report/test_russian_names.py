@@ -103,10 +103,6 @@ def test_counts_have_their_nouns() -> None:
             ),
             "каналам: угловая скорость и удельная сила",
         ),
-        (
-            "DVL against position, depth: probability 0.03 of a measurement effect",
-            "DVL в сравнении с каналами (положение, глубина)",
-        ),
         ("Thrust at the largest code, 127", "Упор при наибольшем коде, 127"),
         ("cg shift", "сдвиг центра тяжести"),
         ("Run", "Прогон"),
