@@ -7,7 +7,6 @@ import numpy as np
 from pipeline.physics.parameters import MOST_THRUSTERS, offset
 from pipeline.simulate.compiled import compiled
 from pipeline.simulate.kernel import fixed_parts, lag_codes, run_on, work_space
-from pipeline.simulate.kernel_follow import turn_towards
 from pipeline.simulate.kernel_frames import rotation_matrix
 from pipeline.simulate.kernel_hull import (
     add_damping,
@@ -191,4 +190,15 @@ def fill_rotation(state: Array, rotation: Array) -> None:
 @compiled
 def fill_turn(state: Array, wanted: Array, turn: Array) -> None:
     """Fill the rotation vector (3,) from the attitude of a state to a quaternion (4,)."""
-    turn_towards(state, wanted, turn)
+    w0, x0, y0, z0 = state[3], state[4], state[5], state[6]
+    w1, x1, y1, z1 = wanted[0], wanted[1], wanted[2], wanted[3]
+    w = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
+    x = w0 * x1 - x0 * w1 - y0 * z1 + z0 * y1
+    y = w0 * y1 - y0 * w1 - z0 * x1 + x0 * z1
+    z = w0 * z1 - z0 * w1 - x0 * y1 + y0 * x1
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    size = np.sqrt(x * x + y * y + z * z)
+    # the angle over the sine of its half; 2 where both vanish
+    factor = 2.0 * np.arctan2(size, w) / size if size > 1e-9 else 2.0
+    turn[0], turn[1], turn[2] = x * factor, y * factor, z * factor

@@ -102,7 +102,7 @@ def test_the_page_of_rooms_has_every_room(repository: Path) -> None:
     page = rooms_page()
     rooms = [file.parent.name for file in (repository / "pipeline").glob("*/__init__.py")]
     assert {room for room in rooms if not re.search(rf"- `{room}`: \w", page)} == set()
-    assert "- `diagnose/gap`: The gap: predictions ahead" in page
+    assert "- `diagnose/gap`: Where a gap lies" in page
 
 
 def test_the_page_of_commands_has_every_command_and_option() -> None:
