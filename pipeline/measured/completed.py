@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.measured.motion import channel_of, smoothed, window_of
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, continuous
 from pipeline.types import FloatArray
 
 #: Mean of the specific force that counts as the direction of gravity. [s]
@@ -51,9 +51,7 @@ def _with(run: RunTable, found: Mapping[str, tuple[str, FloatArray]]) -> RunTabl
 
 def _rates(run: RunTable, attitude: FloatArray) -> FloatArray:
     """Body rates (m, 3): omega = 2 q* dq/dt (Fossen 2021, eq. 2.78), smoothed."""
-    same = np.where(np.sum(attitude[1:] * attitude[:-1], axis=1) < 0.0, -1.0, 1.0)
-    steady = attitude * np.concatenate([[1.0], np.cumprod(same)])[:, None]
-    value, slope = smoothed(steady, window_of(run, "attitude"), run.period_s)
+    value, slope = smoothed(continuous(attitude), window_of(run, "attitude"), run.period_s)
     w, v = value[:, :1], value[:, 1:]
     return np.asarray(2.0 * (w * slope[:, 1:] - slope[:, :1] * v - np.cross(v, slope[:, 1:])))
 

@@ -301,6 +301,12 @@ def angles(quaternion: FloatArray) -> FloatArray:
     return found
 
 
+def continuous(quaternion: FloatArray) -> FloatArray:
+    """Take of the two signs of each quaternion (m, 4) the one next to that before."""
+    same = np.where(np.sum(quaternion[1:] * quaternion[:-1], axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(quaternion * np.concatenate([[1.0], np.cumprod(same)])[:, None])
+
+
 def down_axis(quaternion: FloatArray) -> FloatArray:
     """Down in body axes (m, 3), the last row of the rotation matrix, of quaternions (m, 4)."""
     w, x, y, z = quaternion.T

@@ -19,6 +19,7 @@ from scipy.special import logsumexp
 
 from pipeline.diagnose.regression.grid import GridRun
 from pipeline.diagnose.regression.known import Learned
+from pipeline.diagnose.regression.sizes import INEXACT
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import Change, with_disturbance
 from pipeline.records.diagnosis import UNKNOWN
@@ -26,8 +27,6 @@ from pipeline.types import FloatArray
 
 #: Beside changes less probable than this no other force is looked for.
 _HARDLY = 0.01
-#: Share of what a change does that its signature may be off by. [1]
-_INEXACT = 0.1
 
 #: A block. [s]
 _BLOCK_S = 4.0
@@ -89,7 +88,7 @@ def beside_disturbance(
         if learned.by_file:
             size = np.exp(np.nanmean([np.log(a) for a, _, _ in usual], axis=0))
             strong = log_odds(
-                *([a / (size + _INEXACT**2 * did) for a, _, did in own] for own in (usual, asked))
+                *([a / (size + INEXACT**2 * did) for a, _, did in own] for own in (usual, asked))
             )
             odds[one.name] = float(np.logaddexp(odds[one.name], strong) - np.log(2.0))
     return with_disturbance(ranking, odds)

@@ -26,11 +26,12 @@ from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import READINGS, layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion, reckoned
+from pipeline.physics.parameters import read
 from pipeline.physics.window_sums import means_over
-from pipeline.records.run_table import RunTable, down_axis
+from pipeline.records.run_table import RunTable, continuous, down_axis
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 CHANNELS = ("u", "v", "w", "p", "q", "r")
@@ -52,8 +53,9 @@ class GridRun:
     NED. `beside` are what a logged voltage and the measured place say of them, information (d, d)
     and score (d,) of each. `course` (m, v) are the velocities as accelerations tell their course,
     with less noise, where they do. `taken` are the sizes at which the last directions were taken;
-    `misread` (d, 3, 9) is what a unit of each direction changes in readings of the velocity, see
-    the module; `claimed` is what they are taken from.
+    `misread` (d, 3, 6) is what a unit of each direction changes in readings of the velocity, see
+    the module; that of one which is `late` (d,) moves no rate; `claimed` is what they are taken
+    from.
     """
 
     name: str
@@ -67,6 +69,7 @@ class GridRun:
     more: FloatArray
     heavier: FloatArray
     misread: FloatArray
+    late: BoolArray
     beside: tuple[tuple[FloatArray, FloatArray], ...] = ()
     course: FloatArray | None = None
     taken: Mapping[int, float] = field(default_factory=dict)
@@ -138,9 +141,10 @@ def _gridded(
     attitude = _attitude(motion.state[:, 3:7], rows, row_s, period_s, run)
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
-    misread = np.zeros((count, 3, 9))
+    misread, late = np.zeros((count, 3, 6)), np.zeros(count, bool)
     for k, one in enumerate(departures):
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
+        late[k] = one.late
     return GridRun(
         name=run.name,
         period_s=period_s,
@@ -154,6 +158,7 @@ def _gridded(
         more=more,
         heavier=heavier,
         misread=misread,
+        late=late,
     )
 
 
@@ -175,16 +180,28 @@ def beside_taken(
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
     beside = tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside)
     taken = dict(enumerate(sizes.values(), start=count))
-    return replace(grid, more=more, heavier=heavier, misread=misread, taken=taken, beside=beside)
+    return replace(
+        grid,
+        more=more,
+        heavier=heavier,
+        misread=misread,
+        late=grid.late[places],
+        taken=taken,
+        beside=beside,
+    )
 
 
 @dataclass(frozen=True)
 class _Departure:
-    """Of a unit of a direction: wrench (rows, 6), mass (6, 6), and what is misread (3, 9)."""
+    """Of a unit of a direction: wrench (rows, 6), mass (6, 6), and what is misread (3, 6).
+
+    Where it is `late` the wrench acts on the linear velocities as they are read, and on no moment.
+    """
 
     wrench: FloatArray
     mass: FloatArray
     misread: FloatArray
+    late: bool = False
 
 
 class _Claimed:
@@ -215,7 +232,7 @@ class _Claimed:
 
     def departure(self, one: Coordinate, size: float) -> _Departure:
         """Return what a unit of a direction makes, taken at a size."""
-        packed, as_read = self.packed, np.zeros((3, 9))
+        packed, as_read = self.packed, np.zeros((3, 6))
         if one.effect.id == "thruster_degraded" and one.target is not None:
             column = packed.thruster_names.index(one.target)
             thrust = one.unit_size * self._thrust[:, column, None]
@@ -225,6 +242,9 @@ class _Claimed:
         share = (value - one.parameter.neutral) / one.unit_size
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
         changed = settled(apply_effects(packed.vector, [spec], packed.context))
+        if one.effect.id == "dvl_delay" and self._reads:
+            late = self._late(float(read(changed, "dvl_delay"))) / share
+            return _Departure(late, np.zeros((6, 6)), as_read, late=True)
         if one.effect.id in READINGS:
             if self._reads:
                 as_read = misread(self._dvl, changed) / share
@@ -236,6 +256,21 @@ class _Claimed:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
         mass = (mass_of(changed) - mass_of(self._nominal)) / share
         return _Departure(added / share, mass, as_read)
+
+    def _late(self, delay_s: float) -> FloatArray:
+        """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now."""
+        rows = np.arange(self.run.time_s.size)
+        before = np.clip(rows - delay_s / self.row_s, 0.0, rows[-1])
+
+        def ago(values: FloatArray) -> FloatArray:
+            return np.stack([np.interp(before, rows, one) for one in values.T], axis=1)
+
+        state = self.motion.state.copy()
+        state[:, 3:7] = ago(continuous(state[:, 3:7]))
+        state[:, 3:7] /= np.linalg.norm(state[:, 3:7], axis=1)[:, None]
+        state[:, 10:13] = ago(state[:, 10:13])
+        hull = -demanded(self.packed, self._nominal, replace(self.motion, state=state), still=True)
+        return ago(self.wrench) - self.wrench + hull - self._hull
 
 
 def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:
@@ -283,10 +318,7 @@ def _attitude(
     The moment that rights a vehicle which hardly rolls is mostly noise of one reading, and it does
     not answer to that: it would seem heavier.
     """
-    # the same turn has two quaternions
-    same = np.where(np.sum(values[1:] * values[:-1], axis=1) < 0.0, -1.0, 1.0)
-    turned = values * np.concatenate([[1.0], np.cumprod(same)])[:, None]
-    found = _about(turned, rows, row_s, period_s, run, "attitude")
+    found = _about(continuous(values), rows, row_s, period_s, run, "attitude")
     return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
 
 

@@ -40,9 +40,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 LEAST_SOUND = 3
 #: Spacings of the grid that flights of the file are laid on.
 _GRIDS = 2
-#: What tells how a vehicle moved.
-_MOTION = frozenset({"angular_velocity", "attitude"})
 _BY_FILE = "there are fewer than three sound runs to tell them against"
+_OTHERWISE = "the sound runs were not measured as these were"
 
 
 @dataclass(frozen=True)
@@ -214,7 +213,7 @@ def by_file(case: Case) -> Reference:
         ]
         return list(zip(*every, strict=True)) if every else [()] * len(periods)
 
-    sound = [one for one in case.healthy if completed(one).values.keys() >= _MOTION]
+    sound = [one for one in case.healthy if _velocities(one)]
     # runs that are weighed together differ from the file alike: each counts that as wider
     wide = width * np.sqrt(len(case.runs))
     file = file_step(case.packed)
@@ -244,12 +243,20 @@ def _of_file(
     return replace(found, usual=usual, sound=tuple(found.told([one])[0] for one in alike))
 
 
+def _velocities(run: RunTable) -> frozenset[str]:
+    """Tell what a run shows of its velocities; nothing without rates of turn and attitude."""
+    have = completed(run).values.keys()
+    if not have >= {"angular_velocity", "attitude"}:
+        return frozenset()
+    linear = next((one for one in ("velocity", "depth") if one in have), "none")
+    return frozenset({linear, "angular_velocity"})
+
+
 def reference_of(case: Case) -> Reference:
     """Return what runs are told against: sound runs where there are enough, else the file."""
     if len(case.healthy) < LEAST_SOUND:
         return by_file(case)
-    try:
-        found = learned(case, {"vehicle file": FileModel(case.packed)})
-    except CannotComputeError as error:
-        return replace(by_file(replace(case, healthy=())), why=str(error))
+    if len({_velocities(run) for run in (*case.healthy, *case.runs)}) > 1:
+        return replace(by_file(case), why=_OTHERWISE)
+    found = learned(case, {"vehicle file": FileModel(case.packed)})
     return found if found.used else replace(by_file(case), why=found.why)

@@ -5,7 +5,8 @@ With the errors r, R_e, s and tau of place, mount, scale and delay a DVL reads (
 
     y(t) = s R_e^T [v + omega x (p + r)](t - tau),
 
-of which the reader of the log takes omega x p off again.
+of which the reader of the log takes omega x p off again. A velocity that is late answers to the
+force, the rates and the attitude of a time tau ago: to one that reads it, these come late.
 """
 
 import numpy as np
@@ -17,14 +18,14 @@ from pipeline.vehicle.sensor_schema import Dvl
 
 
 def misread(dvl: Dvl | None, vector: FloatArray) -> FloatArray:
-    """Change (3, 9) of the measured velocity by a unit of velocity, rates, and acceleration.
+    """Change (3, 6) of the measured velocity by a unit of velocity and rates.
 
     Parameters
     ----------
     dvl : Dvl or None
         How it is stated to sit.
     vector : ndarray
-        Parameter vector, of which the slots ``dvl_*`` count; a delay to first order.
+        Parameter vector, of which the slots ``dvl_*`` count, but for the delay.
     """
     place = np.zeros(3) if dvl is None else np.array(dvl.position_m)
     stated = (0.0, 0.0, 0.0) if dvl is None else dvl.rotation_deg
@@ -32,8 +33,7 @@ def misread(dvl: Dvl | None, vector: FloatArray) -> FloatArray:
     error = Rotation.from_euler("ZYX", read(vector, "dvl_rotation")[::-1])
     turned = float(read(vector, "dvl_scale")) * (mount * error.inv() * mount.inv()).as_matrix()
     there = _turning(place + read(vector, "dvl_lever_arm"))
-    late = -float(read(vector, "dvl_delay")) * turned
-    return np.hstack([turned - np.eye(3), turned @ there - _turning(place), late])
+    return np.hstack([turned - np.eye(3), turned @ there - _turning(place)])
 
 
 def _turning(place: FloatArray) -> FloatArray:

@@ -11,7 +11,6 @@ tells how much healthy runs differ.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -35,8 +34,8 @@ _ROUNDS = 3
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
 STIFF = 1e7
-#: Velocity by which the slope of what follows from it is taken. [m/s]
-_SLIGHTLY = 0.01
+#: Size, in units, at which an error of the DVL is taken that has none of its own.
+_SLIGHTLY = 0.1
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 
@@ -260,43 +259,38 @@ class Response:
             now, before = course[one.rows - 1], course[one.rows - 2]
             gained = self._next(fit, (now, before), one.run, one.rows) - now
         found = one.signatures(self._learned_force(fit.slope), gained)
+        late = np.flatnonzero(one.run.late)
+        found[:, late, 3:] = 0.0
         return one.next - predicted, found + self._misread(one, fit)
 
     def _misread(self, one: Rows, fit: _Fit) -> FloatArray:
         """Change (k, d, c) of what is read of a unit: next, less what follows of it now and before.
 
-            E x(t + T) - df/dnow E x(t) - df/dbefore E x(t - T)
+            E x(t + T) - [f(x(t), x(t - T)) - f(x(t) - E x(t), x(t - T) - E x(t - T))]
 
-        with x velocities, rates and accelerations. Velocities are what is predicted from those
-        now: their noise then takes itself off, while that of readings to come would pass for
-        motion.
+        with x velocities and rates. Velocities are what is predicted from those now: their noise
+        then takes itself off, while that of readings to come would pass for motion. An error of
+        the mount turns a fast vehicle's speed into a drift whose drag is not in proportion to it:
+        it is taken at its size.
         """
         run, rows = one.run, one.rows
         found = np.zeros((rows.size, len(run.misread), len(self.channels)))
         own = np.flatnonzero(np.any(run.misread, axis=(1, 2)))
         if not own.size or self.channels != CHANNELS:
             return found
-        states, ahead = [run.velocity[rows - 2], one.now], []
-        for later in (rows, np.minimum(rows + 1, len(run.velocity) - 1)):
-            ahead.append(self._next(fit, (states[-1], states[-2]), run, later))
-            states.append(np.hstack([ahead[-1][:, :3], run.velocity[later, 3:]]))
-        read = []
-        for state, following in pairwise(states):
-            rate = (following - state)[:, :3] / run.period_s
-            both = np.concatenate([state, rate], axis=1)
-            read.append(np.einsum("dij,kj->kdi", run.misread[own], both))
+        states = [run.velocity[rows - 2], one.now]
+        ahead = self._next(fit, (states[1], states[0]), run, rows)
+        to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
         # what it does to moments is small beside what is not known of them
-        before, now, to_come = read
-        found[:, own, :3] = to_come
-        for c in range(3):
-            more = np.zeros(len(self.channels))
-            more[c] = _SLIGHTLY
-            for error, at in (
-                (now, (states[1] + more, states[0])),
-                (before, (states[1], states[0] + more)),
-            ):
-                slope = (self._next(fit, at, run, rows) - ahead[0]) / _SLIGHTLY
-                found[:, own, :3] -= error[:, :, c, None] * slope[:, None, :3]
+        for k in own.tolist():
+            size = run.taken.get(k, _SLIGHTLY)
+            wrong = [size * state @ run.misread[k].T for state in states]
+            true = [
+                np.hstack([state[:, :3] - own_wrong, state[:, 3:]])
+                for state, own_wrong in zip(states, wrong, strict=True)
+            ]
+            follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
+            found[:, k, :3] = to_come @ run.misread[k].T - follows[:, :3] / size
         return found
 
     @property

@@ -29,7 +29,7 @@ def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
             for one in fields(run)
             if isinstance(getattr(run, one.name), np.ndarray)
             and len(getattr(run, one.name)) == rows
-            and one.name != "heavier"
+            and one.name not in {"heavier", "late"}
         }
         return replace(run, **own)
 

@@ -8,13 +8,16 @@ from scipy.optimize import brentq
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.weigh import Change
 
+#: Share of what a change does that its signature may be off by. [1]
+INEXACT = 0.1
+
 
 def sizes(
     change: Change, directions: Sequence[Coordinate]
 ) -> dict[int, tuple[float, float, float]]:
     """Median and 95 % interval of each size, in the parameter's unit, where it may lie.
 
-    The interval is that of highest density: it reaches the end of what is possible where the most
+    What a signature is off by is in the interval. It is that of highest density: it reaches the end of what is possible where the most
     probable size lies there.
     """
     # more than a second of imports, of which other diagnoses have no need
@@ -24,6 +27,7 @@ def sizes(
     for k, mean, std in zip(change.which, change.mean, change.std, strict=True):
         one = directions[k]
         low, high = one.bounds
+        std = float(np.hypot(std, INEXACT * mean))
         held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
         if not np.isfinite(held.ppf(0.5)):
             held = norm(np.clip(mean, low, high), std)
