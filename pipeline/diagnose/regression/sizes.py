@@ -17,17 +17,17 @@ def sizes(
 ) -> dict[int, tuple[float, float, float]]:
     """Median and 95 % interval of each size, in the parameter's unit, where it may lie.
 
-    What a signature is off by is in the interval. It is that of highest density: it reaches the end of what is possible where the most
-    probable size lies there.
+    What a signature is off by is in the interval. It is that of highest density: it reaches the end
+    of what is possible where the most probable size lies there.
     """
     # more than a second of imports, of which other diagnoses have no need
     from scipy.stats import norm, truncnorm
 
     found = {}
-    for k, mean, std in zip(change.which, change.mean, change.std, strict=True):
+    spread = np.hypot(change.std, INEXACT * change.mean)
+    for k, mean, std in zip(change.which, change.mean, spread, strict=True):
         one = directions[k]
         low, high = one.bounds
-        std = float(np.hypot(std, INEXACT * mean))
         held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
         if not np.isfinite(held.ppf(0.5)):
             held = norm(np.clip(mean, low, high), std)

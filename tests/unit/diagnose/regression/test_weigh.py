@@ -57,7 +57,9 @@ def test_one_direction_has_the_evidence_of_the_textbook() -> None:
     assert found.evidence == pytest.approx(np.log(np.sum(ratio)), rel=1e-6)
     value, low, high = sizes(found, DIRECTIONS)[2]
     assert value == pytest.approx(37.5 * 0.8 / (1.0 + v))
-    assert high - low == pytest.approx(2 * 1.96 * 37.5 * np.sqrt(v / (1.0 + v)), rel=1e-3)
+    # beside a tenth of the size, which a signature may be off by
+    std = np.hypot(np.sqrt(v / (1.0 + v)), 0.1 * 0.8 / (1.0 + v))
+    assert high - low == pytest.approx(2 * 1.96 * 37.5 * std, rel=1e-3)
 
 
 def test_an_interval_reaches_the_end_where_the_likeliest_size_is() -> None:
