@@ -159,10 +159,6 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
             "Depth z is off most, 2.2 times what a sound vehicle leaves.",
             "Глубина z отклоняется больше всех, 2,2 к тому, что оставляет исправный аппарат.",
         ),
-        (
-            "what is ordinary was learned from 1 healthy run",
-            "обычное взято с исправного аппарата: 1 исправный прогон",
-        ),
     ],
 )
 def test_numbers_and_headings_of_pages(russian: Catalogue, text: str, said: str) -> None:
