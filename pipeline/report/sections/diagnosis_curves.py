@@ -174,7 +174,7 @@ def _figure(
     band = None if floor is None else 2.0 * floor
     # a verdict that adds nothing to the model leaves it as it was: one curve, not two on another
     same = np.array_equal(one.before, one.after, equal_nan=True)
-    models = [("vehicle file", one.before, plotting.VERMILLION)]
+    models = [("expected", one.before, plotting.VERMILLION)]
     if not same:
         models.append(("with the answer", one.after, plotting.BLUE))
     drawn = [Trace("measured", one.time_s, one.measured, plotting.INK, style, 1.4)]
@@ -193,8 +193,8 @@ def _figure(
     return zoomable_figure(
         name,
         lead,
-        f"{capital(channel)} in {run}. Black (white on a dark page): measured. Orange: the "
-        f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
+        f"{capital(channel)} in {run}. Black (white on a dark page): measured. Orange: what "
+        f"is expected of it.{added} Below: measured less model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
         resolution=detail,

@@ -171,7 +171,7 @@ def test_a_large_gap_is_shaded_and_an_ordinary_one_is_not(record: DiagnosisRecor
 def test_a_verdict_that_adds_nothing_is_drawn_as_one_curve(record: DiagnosisRecord) -> None:
     first = record.series[0].model_copy(update={"after": record.series[0].before})
     text = diagnosis_page(record.model_copy(update={"series": (first,)}), assets="assets")
-    assert '"name":"vehicle file"' in text
+    assert '"name":"expected"' in text
     assert '"name":"with the answer"' not in text
     assert "with the answer added" not in text
 
