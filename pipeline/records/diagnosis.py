@@ -150,7 +150,7 @@ class RankedEffect(Record):
     log_evidence: float
     """Natural logarithm, against the stated vehicle with its ordinary uncertainty."""
     held_out_log_evidence: float | None = None
-    """Of the windows that took no part, against the best simpler answer."""
+    """Of the runs that took no part, with the size that the others show, against no change."""
 
 
 class ShrinkFigures(Record):

@@ -13,6 +13,7 @@ from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, on_grids
 from pipeline.diagnose.regression.known import Learned, Reference
 from pipeline.diagnose.regression.next_run import next_run
+from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.shrink import shrink_of
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.taken import all_at, with_sizes
@@ -40,6 +41,7 @@ from pipeline.records.diagnosis import (
     Verdict,
 )
 from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
 
 #: Shown of a ranking.
 _SHOWN = 20
@@ -70,7 +72,8 @@ def against(
     known, runs, ranking = found.known, found.runs, found.ranking
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
-    rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
+    judged = _held_out(known, held)
+    rows = tuple(_ranked(one, known.directions, judged) for one in ranking[:_SHOWN])
     rows += _never(rows, known.directions)
     gap, left = gap_and_leftover(case, known, runs, said.first if named else None)
     carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
@@ -177,7 +180,23 @@ def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:
     return found
 
 
-def _ranked(one: Change, directions: Sequence[Coordinate]) -> RankedEffect:
+def _held_out(known: Reference, held: Sequence[GridRun]) -> tuple[FloatArray, FloatArray] | None:
+    """Information and score, beyond what is ordinary, of runs that took no part."""
+    if not held:
+        return None
+    learned = known.best
+    every = [
+        beyond_ordinary(one.tempered(learned.ordinary.share), learned.ordinary.width)
+        for one in learned.told(held)
+    ]
+    return np.sum([one for one, _ in every], axis=0), np.sum([one for _, one in every], axis=0)
+
+
+def _ranked(
+    one: Change,
+    directions: Sequence[Coordinate],
+    judged: tuple[FloatArray, FloatArray] | None,
+) -> RankedEffect:
     parameters, axes, thrusters = {}, [], {}
     pair = "+" in one.name
     for k, (value, low, high) in sizes(one, directions).items():
@@ -190,6 +209,11 @@ def _ranked(one: Change, directions: Sequence[Coordinate]) -> RankedEffect:
             axes.append(name)
         if own.target is not None:
             thrusters[own.effect.id] = own.target
+    held = None
+    if judged is not None and one.which:
+        which = list(one.which)
+        information, score = judged[0][np.ix_(which, which)], judged[1][which]
+        held = float(score @ one.mean - 0.5 * one.mean @ information @ one.mean)
     return RankedEffect(
         effect="+".join(effects_of(one.name)),
         probability=one.probability,
@@ -199,6 +223,7 @@ def _ranked(one: Change, directions: Sequence[Coordinate]) -> RankedEffect:
         thrusters=thrusters,
         axes=tuple(axes),
         log_evidence=one.evidence,
+        held_out_log_evidence=held,
     )
 
 

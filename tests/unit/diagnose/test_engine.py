@@ -6,7 +6,7 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.engine import diagnose, diagnose_fully
+from pipeline.diagnose.engine import diagnose
 from pipeline.records.diagnosis import DiagnosisRecord
 
 
@@ -61,21 +61,14 @@ def test_a_healthy_vehicle_has_no_effect() -> None:
 
 
 @pytest.mark.slow
-def test_an_error_of_the_dvl_is_named_beside_what_has_no_name() -> None:
-    """A current hides the scale among forces; dead reckoning knows it all the same."""
-    case = small_case(
-        ("dvl_scale:scale=1.1", "current:north_mps=0.4"), effects=("dvl_scale", "residual_buoyancy")
-    )
-    answer = diagnose_fully(case)
-    found, first = answer.record, answer.record.ranking[0]
-    assert found.verdict.effects == ("dvl_scale", "unknown")
-    assert "no effect of the library explains" in found.verdict.sentence
-    assert set(first.parameters) == {"scale"}
-    low, high = first.parameters["scale"].ci95
-    assert low < 1.1 < high
-    assert sum(row.probability for row in found.ranking) == pytest.approx(1.0)
-    assert {row.effect for row in found.ranking} >= {"none", "unknown", "residual_buoyancy"}
-    # the gap is that of the vehicle file, whose DVL reads right; what was found is written back
-    assert [spec.id for spec in answer.specs] == ["dvl_scale"]
-    assert found.gap.channels["u"].ratio > 1.5
-    assert "dead reckoning" in found.evidence.stages["kinematics"]
+def test_held_out_runs_speak_for_what_they_show_and_against_what_they_do_not() -> None:
+    weak = small_case(("thruster_degraded:thrust_fraction=0.6@front_left",), seconds=32.0)
+    well = small_case(seconds=32.0)
+    evidence = []
+    for held in (weak.runs[1], well.runs[1]):
+        found = diagnose(replace(weak, runs=weak.runs[:1], holdout=(held,)))
+        said = {row.effect: row.held_out_log_evidence for row in found.ranking}
+        assert said["none"] is None
+        evidence.append(said["thruster_degraded"])
+    assert None not in evidence
+    assert evidence[0] > 0.0 > evidence[1]
