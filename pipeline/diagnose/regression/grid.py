@@ -31,7 +31,7 @@ from pipeline.physics.window_sums import means_over
 from pipeline.records.run_table import RunTable, continuous, down_axis
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, mass_of
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 CHANNELS = ("u", "v", "w", "p", "q", "r")
@@ -69,7 +69,7 @@ class GridRun:
     more: FloatArray
     heavier: FloatArray
     misread: FloatArray
-    late: BoolArray
+    late: Mapping[int, FloatArray]
     beside: tuple[tuple[FloatArray, FloatArray], ...] = ()
     course: FloatArray | None = None
     taken: Mapping[int, float] = field(default_factory=dict)
@@ -141,10 +141,10 @@ def _gridded(
     attitude = _attitude(motion.state[:, 3:7], rows, row_s, period_s, run)
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
-    misread, late = np.zeros((count, 3, 6)), np.zeros(count, bool)
+    misread = np.zeros((count, 3, 6))
     for k, one in enumerate(departures):
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
-        late[k] = one.late
+    late = {k: one.slip[rows] for k, one in enumerate(departures) if one.slip is not None}
     return GridRun(
         name=run.name,
         period_s=period_s,
@@ -175,9 +175,12 @@ def beside_taken(
     count, own = len(directions), list(sizes)
     places = [*range(count), *own]
     more, heavier, misread = grid.more[:, places], grid.heavier[places], grid.misread[places]
+    late = dict(grid.late)
     for k, (which, size) in enumerate(sizes.items(), start=count):
         one = claimed.departure(directions[which], size)
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
+        if one.slip is not None:
+            late[k] = one.slip[rows]
     beside = tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside)
     taken = dict(enumerate(sizes.values(), start=count))
     return replace(
@@ -185,7 +188,7 @@ def beside_taken(
         more=more,
         heavier=heavier,
         misread=misread,
-        late=grid.late[places],
+        late=late,
         taken=taken,
         beside=beside,
     )
@@ -195,13 +198,14 @@ def beside_taken(
 class _Departure:
     """Of a unit of a direction: wrench (rows, 6), mass (6, 6), and what is misread (3, 6).
 
-    Where it is `late` the wrench acts on the linear velocities as they are read, and on no moment.
+    Of a velocity that is read late `slip` (rows, 3) is the turning that is taken off too early; the
+    wrench then acts on the linear velocities as they are read, and on no moment.
     """
 
     wrench: FloatArray
     mass: FloatArray
     misread: FloatArray
-    late: bool = False
+    slip: FloatArray | None = None
 
 
 class _Claimed:
@@ -243,8 +247,8 @@ class _Claimed:
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
         changed = settled(apply_effects(packed.vector, [spec], packed.context))
         if one.effect.id == "dvl_delay" and self._reads:
-            late = self._late(float(read(changed, "dvl_delay"))) / share
-            return _Departure(late, np.zeros((6, 6)), as_read, late=True)
+            wrench, slip = self._late(float(read(changed, "dvl_delay")))
+            return _Departure(wrench / share, np.zeros((6, 6)), as_read, slip / share)
         if one.effect.id in READINGS:
             if self._reads:
                 as_read = misread(self._dvl, changed) / share
@@ -257,8 +261,11 @@ class _Claimed:
         mass = (mass_of(changed) - mass_of(self._nominal)) / share
         return _Departure(added / share, mass, as_read)
 
-    def _late(self, delay_s: float) -> FloatArray:
-        """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now."""
+    def _late(self, delay_s: float) -> tuple[FloatArray, FloatArray]:
+        """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now.
+
+        Besides, what the DVL's place makes of the rates (rows, 3), then less now.
+        """
         rows = np.arange(self.run.time_s.size)
         before = np.clip(rows - delay_s / self.row_s, 0.0, rows[-1])
 
@@ -269,8 +276,14 @@ class _Claimed:
         state[:, 3:7] = ago(continuous(state[:, 3:7]))
         state[:, 3:7] /= np.linalg.norm(state[:, 3:7], axis=1)[:, None]
         state[:, 10:13] = ago(state[:, 10:13])
+        # the velocity that was read goes with them
         hull = -demanded(self.packed, self._nominal, replace(self.motion, state=state), still=True)
-        return ago(self.wrench) - self.wrench + hull - self._hull
+        pushed, _ = _pushed(
+            self.packed, self._nominal, ago(self._codes), state[:, 7:13], self.row_s
+        )
+        known = self.wrench - self._pushed
+        slip = ago(self.of_turning) - self.of_turning
+        return pushed - self._pushed + ago(known) - known + hull - self._hull, slip
 
 
 def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:

@@ -259,8 +259,7 @@ class Response:
             now, before = course[one.rows - 1], course[one.rows - 2]
             gained = self._next(fit, (now, before), one.run, one.rows) - now
         found = one.signatures(self._learned_force(fit.slope), gained)
-        late = np.flatnonzero(one.run.late)
-        found[:, late, 3:] = 0.0
+        found[:, list(one.run.late), 3:] = 0.0
         return one.next - predicted, found + self._misread(one, fit)
 
     def _misread(self, one: Rows, fit: _Fit) -> FloatArray:
@@ -275,22 +274,26 @@ class Response:
         """
         run, rows = one.run, one.rows
         found = np.zeros((rows.size, len(run.misread), len(self.channels)))
-        own = np.flatnonzero(np.any(run.misread, axis=(1, 2)))
-        if not own.size or self.channels != CHANNELS:
+        own = {*np.flatnonzero(np.any(run.misread, axis=(1, 2))).tolist(), *run.late}
+        if not own or self.channels != CHANNELS:
             return found
         states = [run.velocity[rows - 2], one.now]
         ahead = self._next(fit, (states[1], states[0]), run, rows)
         to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
         # what it does to moments is small beside what is not known of them
-        for k in own.tolist():
+        for k in own:
             size = run.taken.get(k, _SLIGHTLY)
-            wrong = [size * state @ run.misread[k].T for state in states]
+            slip = run.late.get(k, np.zeros((len(run.velocity), 3)))
+            before, now, later = (
+                state @ run.misread[k].T + slip[at]
+                for state, at in zip((*states, to_come), (rows - 2, rows - 1, rows), strict=True)
+            )
             true = [
-                np.hstack([state[:, :3] - own_wrong, state[:, 3:]])
-                for state, own_wrong in zip(states, wrong, strict=True)
+                np.hstack([state[:, :3] - size * wrong, state[:, 3:]])
+                for state, wrong in zip(states, (before, now), strict=True)
             ]
             follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
-            found[:, k, :3] = to_come @ run.misread[k].T - follows[:, :3] / size
+            found[:, k, :3] = later - follows[:, :3] / size
         return found
 
     @property

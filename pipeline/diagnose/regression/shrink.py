@@ -29,9 +29,10 @@ def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
             for one in fields(run)
             if isinstance(getattr(run, one.name), np.ndarray)
             and len(getattr(run, one.name)) == rows
-            and one.name not in {"heavier", "late"}
+            and one.name != "heavier"
         }
-        return replace(run, **own)
+        late = {k: slip[which] for k, slip in run.late.items()}
+        return replace(run, **own, late=late)
 
     return part(slice(0, middle)), part(slice(middle, rows))
 
