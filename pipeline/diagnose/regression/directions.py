@@ -44,10 +44,7 @@ def directions_of(
 
     What no vehicle file states is ordinary on every vehicle; it is among them and never asked.
     """
-    never = NOT_ASKED
-    if vehicle.sensors is None or vehicle.sensors.dvl is None:
-        never = NOT_ASKED | READINGS
-    asked = {name: one for name, one in effects.items() if name not in never}
+    asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
     asked |= unstated(packed.context)
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
     # a volume alone is residual buoyancy, and one of the water's weight shows as added mass does
