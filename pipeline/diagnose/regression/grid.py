@@ -69,9 +69,9 @@ class GridRun:
     more: FloatArray
     heavier: FloatArray
     misread: FloatArray
-    late: Mapping[int, FloatArray]
     beside: tuple[tuple[FloatArray, FloatArray], ...] = ()
     course: FloatArray | None = None
+    late: Mapping[int, FloatArray] = field(default_factory=dict)
     taken: Mapping[int, float] = field(default_factory=dict)
     claimed: "_Claimed | None" = field(default=None, repr=False)
 

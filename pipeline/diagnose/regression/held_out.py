@@ -27,6 +27,8 @@ AHEAD_S = (1.0, 3.0, 6.0)
 #: Windows begin so far apart. [s]
 _EVERY_S = 1.5
 _RIDGE = 3.0
+#: Error over that of the file from which on a response is clearly the better model. [1]
+_CLEARLY = 0.9
 
 
 @dataclass(frozen=True)
@@ -129,9 +131,9 @@ def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
         f"on sound runs that were left out its error {', '.join(f'{s:g}' for s in by_way)} s ahead "
         f"is {', '.join(f'{one:.2f}' for one in by_way.values())} times that of the vehicle file"
     )
-    if float(np.prod(list(by_way.values()))) < 1.0:
+    if float(np.prod(list(by_way.values()))) < _CLEARLY ** len(by_way):
         return True, f"{told}."
-    return False, f"{told}, which is no better."
+    return False, f"{told}, which is not clearly better."
 
 
 def starts(run: GridRun) -> IntArray:
