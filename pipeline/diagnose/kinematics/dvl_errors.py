@@ -28,8 +28,9 @@ _RATIOS = np.concatenate([[0.0], np.geomspace(0.01, 100.0, 25)])
 _LEAST = 20
 #: What is left in the same time of a run hangs together. [s]
 _BLOCK_S = 15.0
-#: Variance that an error has before anything is measured, in its units: next to no constraint.
-_WIDE = 25.0
+#: Variance that an error has before anything is measured, in its units. It is taken off again: it
+#: keeps what hardly shows near neutral, far from which a stretch would seem to tell of it.
+_WIDE = 1.0
 #: Where errors are sought, for the delay [s] and the scale.
 _MOST_LATE_S, _SCALES = 3.0, (0.2, 5.0)
 
