@@ -6,6 +6,7 @@ Every question that is asked of a set of runs has a p-value; all of them are cou
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -139,20 +140,17 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     less = tail(float(value[i]) - expected, spread, degrees)
     more = tail(expected - float(value[i]), spread, degrees)
     kind: FindingKind = "reversed" if high < 0.0 else "weak"
+    question = partial(
+        GainQuestion,
+        runs=runs,
+        thrusters=(name,),
+        value=float(value[i]),
+        ci95=(float(low), float(high)),
+        expected=expected,
+        against=other,
+    )
     dead = _dead(asked, sound, name, told, alive)
-    figures = {
-        "runs": runs,
-        "thrusters": (name,),
-        "value": float(value[i]),
-        "ci95": (float(low), float(high)),
-        "expected": expected,
-        "against": other,
-    }
-    return [
-        GainQuestion(kind, less, **figures),  # type: ignore[arg-type]
-        GainQuestion("dead", dead, **figures),  # type: ignore[arg-type]
-        GainQuestion("strong", more, **figures),  # type: ignore[arg-type]
-    ]
+    return [question(kind, less), question("dead", dead), question("strong", more)]
 
 
 def _dead(

@@ -21,7 +21,7 @@ AHEAD_S, HORIZONS_S = 1.0, (0.5, 2.0, 10.0)
 class Errors:
     """What a response is off by: of each asked run (k, c), and its root mean square (c,).
 
-    `floors` (c,) is that of sound runs that took no part.
+    `floors` (c,) is that of runs that show what is ordinary.
     """
 
     each: tuple[FloatArray, ...]
@@ -52,7 +52,7 @@ def errors_of(known: Reference, runs: Sequence[GridRun]) -> Errors:
 
 
 def floors_of(known: Reference) -> FloatArray:
-    """Root mean square error (c,) of sound runs that took no part, `AHEAD_S` ahead."""
+    """Root mean square error (c,) of runs that show what is ordinary, `AHEAD_S` ahead."""
     response, none = known.best.response, np.zeros(len(known.directions))
     left = [response.after(one.run, none, left_out=one.left_out)[1] for one in known.best.usual]
     return np.maximum(rms_of([summed(one, response.period_s) for one in left]), 1e-9)

@@ -78,7 +78,7 @@ def against(
     gap, left = gap_and_leftover(case, known, runs, said.first if named else None)
     carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
     text = sentence(said.names, said.first.probability, said.ambiguous, rows, left)
-    text = _with_runs(text, case, carrying, rows, named=named, by_file=not known.table)
+    text = _with_runs(text, case, carrying, rows, named=named, by_file=known.by_file)
     shrink, series = shrink_of(case, known, said, runs, held, named=named)
     first = rows[0]
     record = DiagnosisRecord(
@@ -98,7 +98,7 @@ def against(
             if named
             else Detail(),
             sentence=text,
-            since=", ".join(run.name for run in case.healthy) if known.table else None,
+            since=None if known.by_file else ", ".join(run.name for run in case.healthy),
             runs=carrying or tuple(run.name for run in case.runs),
             text=text,
         ),
@@ -172,7 +172,7 @@ def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:
     found = on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
     channels = known.best.response.channels
     if found[0].channels != channels:
-        others = "sound runs" if known.table else "other runs"
+        others = "other runs" if known.by_file else "sound runs"
         raise CannotComputeError(
             f"{run.name} has the velocities {', '.join(found[0].channels)}, the {others} "
             f"{', '.join(channels)}: name runs with the same channels."
@@ -313,9 +313,9 @@ def _evidence(
         noise=noise,
         stages={
             "kinematics": "dead reckoning beside the regression, where a place was measured",
-            "dynamics": "regression on the sound runs"
-            if known.table
-            else "regression on flights of the vehicle file",
+            "dynamics": "regression on flights of the vehicle file"
+            if known.by_file
+            else "regression on the sound runs",
         },
         calibrated=CALIBRATED,
         healthy_runs=tuple(run.name for run in case.healthy),

@@ -54,8 +54,8 @@ class GridRun:
     and score (d,) of each. `course` (m, v) are the velocities as accelerations tell their course,
     with less noise, where they do. `taken` are the sizes at which the last directions were taken;
     `misread` (d, 3, 6) is what a unit of each direction changes in readings of the velocity, see
-    the module; that of one which is `late` (d,) moves no rate; `claimed` is what they are taken
-    from.
+    the module; `late` is the slip (m, 3) by turning of a unit of each direction that makes readings
+    late; `claimed` is what they are taken from.
     """
 
     name: str

@@ -110,9 +110,14 @@ class Reference:
         return self.grids[0]
 
     @property
+    def by_file(self) -> bool:
+        """Whether it is the vehicle file that runs are told against."""
+        return self.best.by_file
+
+    @property
     def told_against(self) -> str:
         """What the runs are told against, and why."""
-        against = "sound runs, not the vehicle file" if self.table else "vehicle file"
+        against = "vehicle file" if self.by_file else "sound runs, not the vehicle file"
         return f"Told against the {against}: {self.why}"
 
     @property
