@@ -1,6 +1,7 @@
 """A table of a bench file on its way from rows to points: steps that a kind of test lists."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,6 +14,12 @@ from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 Sweep = Literal["up", "down"]
+#: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
+#: before a word in capitals.
+_VOLTS = re.compile(
+    r"(?<![^\W_])(?<![.,])(\d{1,3}(?:[.,]\d+)?)"
+    r"(?:\s*(?:[Vv]|В(?!\s+[А-ЯЁ]{2})|(?i:volts?|вольт))|в)(?![^\W_])"
+)
 
 
 @dataclass(frozen=True)
@@ -136,3 +143,18 @@ Step = Callable[[Table], Iterable[Problem]]
 def numbers(readings: Iterable[Reading], quantity: str) -> FloatArray:
     """Return a quantity of readings (n,), NaN where one has none."""
     return np.array([one.values.get(quantity, np.nan) for one in readings], dtype=float)
+
+
+def stated_voltage(texts: Sequence[str]) -> float | None:
+    """Return the one voltage that the first text with any states.
+
+    >>> stated_voltage(["Thrust, N", "16 V"]), stated_voltage(["10 V to 20 V"])
+    (16.0, None)
+    >>> stated_voltage(["Опыт 3 в бассейне", "12,6 В, реверс"])
+    12.6
+    """
+    for text in texts:
+        found = {float(one.replace(",", ".")) for one in _VOLTS.findall(text)}
+        if found:
+            return found.pop() if len(found) == 1 else None
+    return None

@@ -37,6 +37,8 @@ _TOGETHER, _LEAST_COMMANDS = 0.98, 5
 #: Two units of one reading differ by rounding, and by the gravity somebody converted with.
 _SAME = 0.03
 _PULSE_WIDTHS_US = (400.0, 3000.0)
+#: Below it they may be milliseconds.
+_LEAST_CODE = 20.0
 _UNITS_ROWS = 3
 _COUNTED, _SIDE, _THRUSTER = map(pattern_of, ("numbered", "side", "thruster"))
 _LEAST_THRUSTERS = 3
@@ -63,6 +65,7 @@ class ColumnChoice:
         self._row = row
         self._rows = (row + 1, min(following, sheet.last_row + 1) - 1)
         self._data: dict[int, ColumnData] = {}
+        self._with_codes_called_pulses()
         self._without_impossible()
         self._with_electrical_speed()
         if not self._has_tables_beside():
@@ -76,6 +79,14 @@ class ColumnChoice:
         if match.index not in self._data:
             self._data[match.index] = read_column(self._sheet, match.index, self._rows)
         return self._data[match.index]
+
+    def _with_codes_called_pulses(self) -> None:
+        """Take what is called a pulse width, without a unit and too small for one, for a code."""
+        for at, match in enumerate(self.matches):
+            is_bare = match.quantity == "pwm" and not (match.header.odd_unit or self._unit(match))
+            largest = self._numbers(match).largest if is_bare else 0.0
+            if 0.0 < largest <= 1.0 or _LEAST_CODE <= largest < _PULSE_WIDTHS_US[0]:
+                self.matches[at] = replace(match, quantity="code")
 
     def _without_impossible(self) -> None:
         """Leave out the columns that contradict their name, where another one stands for them."""

@@ -14,12 +14,14 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Of the range: pulses that go further were made for another one, and so, maybe, those that end
 #: well within it.
-_BEYOND, _WITHIN = 1.02, 0.85
+_BEYOND, _WITHIN, _REACHES = 1.02, 0.85, 0.97
 #: Full command in other counts, and the share of the largest code below which any end is doubtful.
 _OTHER_ENDS, _LITTLE = frozenset({100, 127, 128, 255, 256, 500, 511, 512, 1000, 1023, 1024}), 0.5
 _RANGE = re.compile(
     r"(?<![\d.,])(\d{3,4})\s*(?:-|\u2013|\u2014|\.{2,3}|\u2026|to|до)\s*(\d{3,4})(?![\d.,])"
 )
+#: Codes that end so are pulse widths less the neutral one.
+_HALF_RANGES_US = frozenset({450, 500, 600, 700})
 #: Beyond these it is no pulse width at all, which has its own message.
 _SHORTEST_US, _LONGEST_US = 500.0, 2600.0
 #: Thrust at the neutral pulse, over the largest, above which it is not neutral.
@@ -215,11 +217,19 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
             f"the heading says pulse widths of another range than vehicle.yaml, {taken}."
         )
         return
-    elif reach < _WITHIN * pwm.half_range_us:
+    elif reach < (_WITHIN if stated else _REACHES) * pwm.half_range_us:
         yield place.warning(
             f"pulse widths from {low:g} to {high:g} us end far within the range of {taken}: full "
             "command was not tested, or the range is another.",
             remedy="Correct columns: mooring: pwm_range in vehicle.yaml if it is.",
+        )
+        return
+    elif not stated and pwm.half_range_us < table.vehicle.drive.code_max in _HALF_RANGES_US:
+        yield place.warning(
+            f"pulse widths end at {low:g} and {high:g} us and are taken for full command, code "
+            f"{table.vehicle.drive.code_max}; codes of that end are often pulse widths from "
+            "neutral, of which this would be a part.",
+            remedy="State columns: mooring: pwm_range in vehicle.yaml.",
         )
         return
     else:

@@ -11,6 +11,7 @@ from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.blocks import NO_QUANTITY
 from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
 from pipeline.ingest.load_test_checks import (
+    check_constant,
     check_magnitudes,
     check_powers,
     torque_not_written,
@@ -81,7 +82,7 @@ _STEPS: tuple[Step, ...] = (
     *(factor_unclear, pwm_problems, command_in_codes, with_words),
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
     *(branches_and_warm_up, check_signs, codes_in_range, torque_not_written),
-    *(two_curves, check_powers, check_magnitudes, torque_of_current, _clock_and_powers),
+    *(two_curves, check_powers, check_constant, torque_of_current, _clock_and_powers),
 )
 
 
@@ -126,6 +127,14 @@ def _remarks(file: Place, points: Sequence[LoadTestPoint]) -> Iterator[Problem]:
         yield file.note(f"warm-up: {counted(len(warm), 'row')} on {on}; kept but not fitted.")
 
 
+def _over_all(
+    points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle
+) -> Iterator[Problem]:
+    codes = [one.code for one in points if one.code is not None]
+    yield from few_codes(codes, folder, vehicle)
+    yield from check_magnitudes(points, folder, vehicle)
+
+
 def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:
     codes = sorted({one.code for one in points if one.code is not None})
     if not codes:
@@ -160,9 +169,7 @@ _KIND = Kind(
     points=_points,
     summary=_summary,
     remarks=_remarks,
-    over_all=lambda points, folder, vehicle: few_codes(
-        [one.code for one in points if one.code is not None], folder, vehicle
-    ),
+    over_all=_over_all,
     compared=("shaft speed", _curves_of),
     row_words=row_words,
     shared=frozenset({"code"}),

@@ -1,16 +1,20 @@
 """What a load-test table says about itself that cannot be true, and what is likely the cause."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import PurePath
 
 import numpy as np
 
-from pipeline.errors import Problem
-from pipeline.ingest.bench_table import Table, numbers
+from pipeline.errors import Place, Problem
+from pipeline.ingest.bench_table import Table, numbers, stated_voltage
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.column_data import ratio_of
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import factor, unit_worth
+from pipeline.records.measurements import LoadTestPoint
 from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
 
 _RATIO_TOLERANCE = 0.05
 _STEADY = 0.05
@@ -18,8 +22,15 @@ _STEADY = 0.05
 _EXACT, _LEAST_ROWS = 2e-3, 6
 #: Any motor has more somewhere.
 _LEAST_EFFICIENCY = 0.1
-#: More or less than a propeller of that size and speed takes.
-_MOST_TIMES = 50.0
+#: K_M = M / (rho n^2 D^5): a bench that goes past what a screw takes begins well below it.
+_LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.006, 0.065, 3
+#: Of torque over current, by a motor's constant.
+_OF_CONSTANT = 3.0
+_KV = re.compile(
+    r"(?<![\w.])(\d{2,5})\s?(?:KV|Kv|kv|rpm/V)(?![\w/])|(?<![\w.])[Kk][Vv]\s?[=:]?\s?(\d{2,5})(?![\w/.])"
+)
+#: No drive runs on less or more. [V]
+_LEAST_VOLTAGE_V, _MOST_VOLTAGE_V = 3.0, 600.0
 #: A shaft that is loaded by so much of the largest torque turns slower than one that is not.
 _LOADED, _SLOWER = 0.02, 0.98
 
@@ -31,7 +42,11 @@ def check_powers(table: Table) -> Iterator[Problem]:
     """
     block, live = table.block, table.live()
     shaft = 2.0 * np.pi * numbers(live, "shaft_speed") / 60.0 * numbers(live, "torque")
-    electrical = numbers(live, "current") * numbers(live, "voltage")
+    voltage_v = numbers(live, "voltage")
+    if not np.isfinite(voltage_v).any():
+        stated_v = stated_voltage(table.texts) or table.vehicle.tables.supply_voltage_v
+        voltage_v = np.full(len(live), np.nan if stated_v is None else stated_v)
+    electrical = numbers(live, "current") * voltage_v
     drawn = numbers(live, "input_power")
     given = numbers(live, "output_power")
     problems = [
@@ -45,6 +60,7 @@ def check_powers(table: Table) -> Iterator[Problem]:
     usable = np.isfinite(drawn) & (drawn > 0) & (shaft > 0)
     usable &= shaft > 0.1 * shaft.max(initial=0.0)
     if usable.sum() < 3:
+        yield from _voltage_needed(block, shaft, numbers(live, "current"))
         return
     efficiency, best = (
         float(one) for one in np.quantile(shaft[usable] / drawn[usable], [0.5, 0.9])
@@ -62,6 +78,21 @@ def check_powers(table: Table) -> Iterator[Problem]:
             "current or voltage is likely wrong, or it was hardly loaded."
         )
         yield place.warning(what, "an efficiency of some ten per cent under load.", remedy)
+
+
+def _voltage_needed(block: Block, shaft: FloatArray, current: FloatArray) -> Iterator[Problem]:
+    """Say where a current would give the power of the shaft at no voltage that a drive has."""
+    there = np.isfinite(current) & (current > 0.0) & (shaft > 0.1 * shaft.max(initial=0.0))
+    if there.sum() < _LEAST_LOADS:
+        return
+    least_v = float(np.quantile(shaft[there] / current[there], 0.9))
+    if not _LEAST_VOLTAGE_V <= least_v <= _MOST_VOLTAGE_V:
+        yield block.place(block.first_row, "torque").warning(
+            f"the shaft gives as much power as {least_v:.2g} V at the current: a unit of torque, "
+            "speed or current is likely wrong.",
+            "a voltage that a drive has.",
+            f"Check the units: {_units(block)}.",
+        )
 
 
 def _compare(
@@ -155,25 +186,54 @@ def torque_of_current(table: Table) -> Iterator[Problem]:
         )
 
 
-def check_magnitudes(table: Table) -> Iterator[Problem]:
-    """Warn where torque or speed is far from anything that the propeller could take."""
-    block, live = table.block, table.live()
-    density_kgpm3 = table.vehicle.water.density_kgpm3
-    diameter_m = table.vehicle.propeller.diameter_m
-    if len(live) < 3:
+def check_magnitudes(
+    points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle
+) -> Iterator[Problem]:
+    """Warn where the loads at the largest code are far from what the propeller would take."""
+    turning = [one for one in points if one.shaft_speed_rpm]
+    most = max((abs(one.code or 0.0) for one in turning), default=0.0)
+    at_most = [one for one in turning if abs(one.code or 0.0) == most]
+    loads = at_most if len(at_most) >= _LEAST_LOADS else turning
+    if len(loads) < _LEAST_LOADS or vehicle.name == "unknown":
         return
-    torque = max(abs(reading.values["torque"]) for reading in live)
-    speed_rps = max(abs(reading.values["shaft_speed"]) for reading in live) / 60.0
-    # A screw takes about K_M = 0.03; a bench may go far above and below, but not by 50 times.
-    usual = 0.03 * density_kgpm3 * speed_rps**2 * diameter_m**5
-    if usual <= 0.0 or 1.0 / _MOST_TIMES < torque / usual < _MOST_TIMES:
+    speed_rps = np.array([one.shaft_speed_rpm for one in loads]) / 60.0
+    diameter_m = vehicle.propeller.diameter_m
+    propeller_nm = vehicle.water.density_kgpm3 * speed_rps**2 * diameter_m**5
+    k_m = np.abs([one.torque_nm for one in loads]) / propeller_nm
+    middle, largest = float(np.median(k_m)), float(np.max(k_m))
+    if largest >= _LEAST_K_M and middle <= _MOST_K_M:
         return
-    yield block.place(block.first_row, "torque").warning(
-        f"the largest torque ({torque:.3g} N m) is {torque / usual:.2g} times what a propeller "
-        f"of {diameter_m:g} m takes at {speed_rps * 60:.0f} rpm: a unit may be wrong.",
-        "the same order of magnitude.",
-        f"Check the units: {_units(block)}.",
+    said = f"is above {middle:.2g} for half of the loads"
+    if largest < _LEAST_K_M:
+        said = f"is {largest:.2g} at most"
+    yield folder.warning(
+        f"the torque is far from what a propeller of {diameter_m:g} m takes at that speed: "
+        f"M / (rho n^2 D^5) {said}, a screw has 0.01 to 0.05. A unit may be wrong.",
+        "loads about those of the propeller.",
+        "Check the units of torque and speed, and the diameter in vehicle.yaml.",
     )
+
+
+def check_constant(table: Table) -> Iterator[Problem]:
+    """Compare torque over current with what a motor's KV says, where some text names it."""
+    texts = (*table.texts, PurePath(table.place.file).stem, table.vehicle.drive.source)
+    stated = {float(one or other) for one, other in _KV.findall(" ".join(texts))}
+    live = table.live()
+    current, torque = numbers(live, "current"), np.abs(numbers(live, "torque"))
+    there = np.isfinite(current)
+    if len(stated) != 1 or there.sum() < _LEAST_LOADS or not np.ptp(current[there]):
+        return
+    kv = stated.pop()
+    slope = abs(float(np.polyfit(current[there], torque[there], 1)[0]))
+    expected = 60.0 / (2.0 * np.pi * kv)
+    if not expected / _OF_CONSTANT < slope < expected * _OF_CONSTANT:
+        yield table.at(table.head, "torque").warning(
+            f"the torque grows by {slope:.3g} N m for each ampere; a motor of {kv:g} rpm/V gives "
+            f"{expected:.3g}: a unit of torque or current is likely wrong, or the current is that "
+            "of the supply at part throttle.",
+            "K_t = 60 / (2 pi KV).",
+            f"Check the units: {_units(table.block)}.",
+        )
 
 
 def _units(block: Block) -> str:

@@ -1,6 +1,5 @@
 """Mooring (bollard) tables: thrust at rest against code or pulse width."""
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
-from pipeline.ingest.bench_table import Step, Table
+from pipeline.ingest.bench_table import Step, Table, stated_voltage
 from pipeline.ingest.cells import Sheet, shorten
 from pipeline.ingest.commands import (
     codes_in_range,
@@ -40,12 +39,6 @@ from pipeline.vehicle.schema import Vehicle
 _UP, _DOWN = words_of("directions", "up"), words_of("directions", "down")
 #: Slower than this is rest. [m/s]
 _AT_REST_MPS = 0.05
-#: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
-#: before a word in capitals.
-_VOLTS = re.compile(
-    r"(?<![^\W_])(?<![.,])(\d{1,3}(?:[.,]\d+)?)"
-    r"(?:\s*(?:[Vv]|В(?!\s+[А-ЯЁ]{2})|(?i:volts?|вольт))|в)(?![^\W_])"
-)
 
 
 def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> MooringRecord:
@@ -102,7 +95,7 @@ def _voltage_and_sense(table: Table) -> tuple[Problem, ...]:
     """Tell the voltage and the sense of a sweep from the headings."""
     down, up = _told(table.texts, _DOWN, _UP), _told(table.texts, _UP, _DOWN)
     table.sense = "down" if down else "up" if up else None
-    stated = _stated_voltage(table.texts)
+    stated = stated_voltage(table.texts)
     table.nominal_voltage_v = None if "voltage" in table.block.columns else stated
     return ()
 
@@ -147,21 +140,6 @@ def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -
         if here or there:
             return bool(here) and not there
     return False
-
-
-def _stated_voltage(texts: Sequence[str]) -> float | None:
-    """Return the one voltage that the first text with any states.
-
-    >>> _stated_voltage(["Thrust, N", "16 V"]), _stated_voltage(["10 V to 20 V"])
-    (16.0, None)
-    >>> _stated_voltage(["Опыт 3 в бассейне", "12,6 В, реверс"])
-    12.6
-    """
-    for text in texts:
-        found = {float(one.replace(",", ".")) for one in _VOLTS.findall(text)}
-        if found:
-            return found.pop() if len(found) == 1 else None
-    return None
 
 
 def _summary(_table: Table, points: Sequence[MooringPoint]) -> str:

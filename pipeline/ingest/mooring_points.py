@@ -19,7 +19,7 @@ _LARGE_TARE_SHARE = 0.05
 #: Below this share of the largest one a sign says nothing: noise, tare.
 _SIGNIFICANT_SHARE = 0.05
 #: Of the largest thrust: a larger tare is looked at twice.
-_MOST_TARE = 0.2
+_MOST_TARE, _ALL_TARE = 0.2, 0.9
 #: Fewer rows against their code are slips of the pen.
 _LEAST_OF_A_SIGN = 3
 
@@ -137,7 +137,10 @@ def _signs(
     if not wrong.any():
         # a tare that is a good part of the thrust may be the full thrust of the other direction
         before = thrust_n[counts] + tare_n
-        if one_sided and abs(tare_n) > _MOST_TARE * largest and {-1.0, 1.0} <= set(np.sign(before)):
+        both = {-1.0, 1.0} <= set(np.sign(before))
+        # one that the thrust of every other row is less than may be full reverse
+        both |= abs(tare_n) > _ALL_TARE * max(float(np.abs(before).max(initial=0.0)), largest)
+        if one_sided and abs(tare_n) > _MOST_TARE * largest and both:
             say(_both_signs(table, before, codes))
             return None
         return np.ones(len(codes)), []

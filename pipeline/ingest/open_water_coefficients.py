@@ -26,6 +26,7 @@ _SMALLEST_TORQUE_SHARE = 0.02
 #: Below this J a propeller all but stands; no screw has less thrust there; K_T falls by this share
 #: at least where a correlation with J tells that it grows.
 _NEAR_REST, _LEAST_K_T, _FALLS, _RISES, _LEAST_POINTS = 0.4, 0.02, 0.3, 0.8, 4
+_DOUBTFUL_K_T = 0.06
 
 
 class NoCoefficientError(ValueError):
@@ -218,6 +219,9 @@ def impossible(points: Sequence[Coefficients]) -> str:
         return f"K_T is {largest:.2g} at most, a screw has 0.1 to 0.8: a unit, or another speed"
     if (thrust <= 0.0).all():
         return "K_T is negative throughout: the sign of the thrust sensor"
+    torque = [one.torque_coefficient for one in points if one.torque_coefficient]
+    if len(torque) >= _LEAST_POINTS and max(torque) < 0.0:
+        return "K_Q is negative throughout: the sign of the torque sensor"
     least_of = thrust.size >= _LEAST_POINTS and np.ptp(thrust) > _FALLS * largest
     if least_of and np.ptp(advance) > 0.0 and np.corrcoef(advance, thrust)[0, 1] > _RISES:
         return "K_T grows with J: the sign of the speed"
@@ -263,6 +267,12 @@ def doubt(points: Sequence[Coefficients]) -> str:
         for one in points
         if one.thrust_coefficient is not None and one.torque_coefficient is not None
     ]
+    most = max((one.thrust_coefficient or 0.0 for one in points), default=0.0)
+    at_rest = any(abs(one.advance_ratio) < _NEAR_REST for one in points)
+    if at_rest and 0.0 < most < _DOUBTFUL_K_T:
+        return (
+            f"K_T is {most:.2g} at most, a screw has 0.1 to 0.8: a unit, the speed or the diameter"
+        )
     if not both:
         return ""
     largest = max(thrust for _, thrust, _ in both)

@@ -251,7 +251,9 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
             told = "" if signs else _told_reverse(table)
             if told:
                 signs = dict.fromkeys(codes, -1)
-                yield table.place.note(
+                by_turn = table.told_apart_by - _WORDS.keys()
+                say = table.place.warning if by_turn else table.place.note
+                yield say(
                     f'"{shorten(told)}" says reverse and no code is negative: codes were given a '
                     "minus."
                 )
@@ -285,7 +287,7 @@ def words_apart(stem: str, others: Sequence[str]) -> frozenset[str]:
         pairs = zip(own, plain(other).split(), strict=False)
         apart = [pair for pair in pairs if pair[0] != pair[1]]
         if len(apart) == 1 and len(own) == len(plain(other).split()):
-            signs = [_WORDS.get(word, 0) for word in apart[0]]
+            signs = [_IN_NAMES.get(word, 0) for word in apart[0]]
             found |= {apart[0][0]} if signs[0] * signs[1] < 0 else set()
     return frozenset(found)
 
@@ -298,6 +300,8 @@ def _told_reverse(table: Table) -> str:
     in_name = " ".join(word for word in plain(stem).split() if word in of_names)
     for shown, text in (*zip(table.texts, table.texts, strict=True), (stem, in_name)):
         sign = _section_sign(pattern_of("of_the_rig").sub(" ", plain(text)), no_words)
+        if text == in_name and not sign:
+            sign = sum(_IN_NAMES.get(word, 0) for word in table.told_apart_by)
         if sign:
             return shown if sign < 0 else ""
     return ""
@@ -318,6 +322,8 @@ _COURSES = frozenset(
 )
 _IN_FILE_NAMES = frozenset(map(plain, words_of("directions", "in_file_names")))
 _WORDS = {**dict.fromkeys(_PLAIN_FORWARD, 1), **dict.fromkeys(_PLAIN_REVERSE, -1), **_SIGNS, "1": 1}
+#: What files are told apart by: a turn or a letter, too, but not "left" and "right".
+_IN_NAMES = {"cw": 1, "ccw": -1, "f": 1, "r": -1, **_WORDS}
 _TURNING = {
     plain(word): sign
     for name, sign in (("clockwise", 1), ("counterclockwise", -1))

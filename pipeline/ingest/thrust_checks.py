@@ -19,8 +19,8 @@ from pipeline.types import FloatArray
 
 #: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
 MOST_PRESSURE_PA = 150e3
-#: A jet of 0.4 m/s: less is doubtful as the largest thrust.
-_LEAST_PRESSURE_PA = 100.0
+#: Jets of 1 and 9 m/s: less, and more, is doubtful as the largest thrust.
+_LEAST_PRESSURE_PA, _DOUBTFUL_PRESSURE_PA = 600.0, 40e3
 #: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
 LEAST_K_T, MOST_K_T = 0.02, 1.2
 _USUAL_K_T = (0.1, 0.8)
@@ -70,18 +70,20 @@ def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | No
             f"{_USUAL_K_T[1]:g}"
         )
         return _problem(table, why, k_t / usual, is_possible=LEAST_K_T <= k_t <= MOST_K_T)
-    if not _LEAST_PRESSURE_PA <= pressure_pa <= MOST_PRESSURE_PA:
+    if merit is not None and not _DOUBTFUL_MERIT <= merit <= MOST_MERIT:
+        why = f"an ideal propeller would take {merit:.3g} times the power that was drawn"
+        ratio = (merit / _USUAL_MERIT) ** (2.0 / 3.0)
+        return _problem(table, why, ratio, is_possible=merit <= MOST_MERIT)
+    if not _LEAST_PRESSURE_PA <= pressure_pa <= _DOUBTFUL_PRESSURE_PA:
         is_possible = pressure_pa <= MOST_PRESSURE_PA
-        given = "less than most give" if is_possible else "more than any gives"
+        given = "more than most give" if is_possible else "more than any gives"
+        if pressure_pa < _LEAST_PRESSURE_PA:
+            given = "less than most give"
         why = (
             f"{thrust.max():.3g} N on the disc of a propeller of {diameter:g} m are "
             f"{pressure_pa / 1000.0:.3g} kPa, {given}"
         )
         return _problem(table, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=is_possible)
-    if merit is not None and not _DOUBTFUL_MERIT <= merit <= MOST_MERIT:
-        why = f"an ideal propeller would take {merit:.3g} times the power that was drawn"
-        ratio = (merit / _USUAL_MERIT) ** (2.0 / 3.0)
-        return _problem(table, why, ratio, is_possible=merit <= MOST_MERIT)
     return None
 
 

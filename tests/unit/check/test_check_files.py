@@ -16,7 +16,7 @@ VEHICLE = """\
 name: boat
 title: boat
 water: {density_kgpm3: 1000.0, gravity_mps2: 9.81}
-propellers: {p: {diameter_m: 0.1}}
+propellers: {p: {diameter_m: 0.14}}
 drives: {d: {code_min: -127, code_max: 127}}
 tables: {propeller: p, drive: d}
 """

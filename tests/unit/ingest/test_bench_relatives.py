@@ -278,3 +278,96 @@ def test_propellers_of_two_pitches_in_one_table(factor: float, told: bool, tmp_p
     record = read(tmp_path, "open_water", rows_of("P/D;J;KT", *columns))
     assert ('column "P/D" parts the rows' in said(record, "error")) is told
     assert bool(record.points) is not told
+
+
+@pytest.mark.parametrize("times", [0.1, 0.0980665, 10.0, 1 / 0.0980665, 100.0])
+def test_a_torque_in_another_unit_is_none_of_the_propeller(times: float, tmp_path: Path) -> None:
+    """Nothing but the propeller of the vehicle file tells it: no current, no voltage."""
+    load = TORQUE * 0.9
+    rows = rows_of("Code;Speed (rpm);Torque (N m)", CODES, SPEED, times * load)
+    assert "A unit may be wrong" in said(read(tmp_path, "load_test", rows), "warning")
+    rows = rows_of("Code;Speed (rpm);Torque (N m)", CODES, SPEED, load)
+    assert not said(read(tmp_path / "right", "load_test", rows), "warning")
+
+
+@pytest.mark.parametrize(
+    ("title", "times", "words"),
+    [
+        ("Drive on 48 V", 10.0, "times the power that the drive takes"),
+        ("Drive, KV = 95", 10.0, "a motor of 95 rpm/V gives 0.101"),
+        ("Motor 95KV", 0.1, "a motor of 95 rpm/V gives 0.101"),
+        ("", 0.03, "as much power as"),
+    ],
+)
+def test_a_current_tells_a_torque_in_another_unit(
+    title: str, times: float, words: str, tmp_path: Path
+) -> None:
+    current = TORQUE / 0.1 + 0.5
+    head = "Code;Speed (rpm);Torque (N m);Current (A)"
+    for factor in (1.0, times):
+        rows = [[title], *rows_of(head, CODES, SPEED, factor * TORQUE, current)]
+        told = said(read(tmp_path / f"{factor:g}", "load_test", rows), "warning")
+        assert (words in told) == (factor != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "command"),
+    [
+        ("Код ШИМ;Тяга, Н", CODE),
+        ("PWM;Thrust (N)", CODE),
+        ("PWM duty;Thrust (N)", SHARE),
+        ("Stellgröße;Schub [N]", CODE),
+        ("Consigna;Empuje (kgf)", CODE),
+        ("Sygnał sterujący;Ciąg [N]", CODE),
+        ("控制码;推力(N)", CODE),
+        ("Signal;Weight (kg)", CODE),
+    ],
+)
+def test_a_command_in_other_words(head: str, command: object, tmp_path: Path) -> None:
+    in_newton = 9.80665 if "kg" in head else 1.0
+    record = read(tmp_path, "mooring", rows_of(head, command, THRUST / in_newton))
+    assert [one.code for one in record.points] == pytest.approx(list(CODE), abs=0.6)
+    assert max(one.thrust_n for one in record.points) == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "words"),
+    [
+        ("PWM (us);Thrust (N)", (1500 + 375 * SHARE, THRUST), "end far within the range"),
+        ("Code;Thrust (N)", (np.round(127 + 127 * SHARE), THRUST), "rest is not at code 0"),
+        ("Code;Thrust (N)", (CODE, THRUST / 9.80665 / 2), "less than most give"),
+        ("Code;Thrust (kgf)", (CODE, 2.0 * THRUST), "more than most give"),
+    ],
+)
+def test_what_may_be_another_end_or_unit_is_told(
+    head: str, columns: tuple[object, ...], words: str, tmp_path: Path
+) -> None:
+    record = read(tmp_path, "mooring", rows_of(head, *columns))
+    assert words in said(record, "warning") + said(record, "error")
+
+
+@pytest.mark.parametrize(("ahead", "astern"), [("cw", "ccw"), ("f", "r")])
+def test_files_that_a_turn_or_a_letter_tells_apart(ahead: str, astern: str, tmp_path: Path) -> None:
+    files = []
+    for name, keep, sign in ((ahead, CODE >= 0, 1.0), (astern, CODE <= 0, -1.0)):
+        rows = rows_of("Code;Thrust (N)", sign * CODE[keep], 0.9 * THRUST[keep] * sign)
+        files.append(write_workbook(tmp_path / "mooring" / f"{name}.xlsx", {"Data": rows}))
+    record = READERS["mooring"](files, vehicle(), tmp_path)
+    assert min(one.thrust_n for one in record.points) == pytest.approx(-36.0)
+    assert f'"{astern}" says reverse' in said(record, "warning")
+
+
+@pytest.mark.parametrize(
+    ("diameters", "sign", "words"),
+    [(2.0, 1.0, "the speed or the diameter"), (1.0, -1.0, "the sign of the torque sensor")],
+)
+def test_coefficients_that_no_screw_has(
+    diameters: float, sign: float, words: str, tmp_path: Path
+) -> None:
+    model_m = 0.14 / diameters
+    rest = 1000.0 * 10.0**2 * model_m**4
+    k_q = 0.1 * K_T + 0.004
+    columns = (ADVANCE * 10.0 * model_m, K_T * rest, sign * k_q * rest * model_m)
+    rows = rows_of("V (m/s);n (rps);T (N);Q (N m)", columns[0], np.full(8, 10.0), *columns[1:])
+    record = read(tmp_path, "open_water", rows)
+    assert words in said(record, "warning") + said(record, "error")

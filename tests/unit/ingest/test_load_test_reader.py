@@ -667,7 +667,7 @@ def test_more_power_out_than_in(tmp_path: Path) -> None:
 
 def test_torques_no_propeller_takes(tmp_path: Path) -> None:
     rows = [HEAD, *([n, 1000 * m] for n, m in sweep(90))]
-    assert "a unit may be wrong" in said(read(tmp_path, {"Code 90": rows}), "largest torque").what
+    assert "A unit may be wrong" in said(read(tmp_path, {"Code 90": rows}), "far from what").what
 
 
 # --- sheets and files ----------------------------------------------------------------------------
