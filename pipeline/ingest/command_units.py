@@ -107,8 +107,15 @@ def rest_of(
     begin = first.pop() if len(first) == 1 else np.nan
     middle = full / 2.0 if full is not None else begin if begin in _MIDDLES else 0.0
     score = 0.0 if middle == 0.0 else _score(finite, begin, middle, one_way=one_way)
+    lowest = min(float(one.min()) for one in finite)
     if score < _POSSIBLE:
-        return guessed
+        if full is None or one_way or not full / 2.0 < lowest:
+            return guessed
+        return replace(
+            guessed,
+            doubt=f"it is {lowest:.3g} and more throughout, so that its rest is not seen, and 0 is "
+            f"taken for it; if rest is {middle:g}, state neutral: {middle:g}",
+        )
     line = f"{{quantity: thruster_command, unit: {guessed.unit}, neutral: {middle:g}}}"
     if score >= _SURE and full is not None:
         doubt = (

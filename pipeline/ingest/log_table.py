@@ -25,6 +25,10 @@ from pipeline.ingest.text_table import delimiter_of, encoding_of
 from pipeline.records.pool_schema import UNITS, PoolChannel
 
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])]|,(?P<after>[^,]*))\s*")
+#: Words for a column -> its name.
+_SAID = {
+    words: name for name, every in data_of("topics")["columns_in_words"].items() for words in every
+}
 _BYTES_OF_HEAD, _LINES_OF_HEAD, _LOOKED_AT = 65_536, 60, 20
 #: Rows of which more go back in time are sorted; fewer are a clock that was set.
 _MOST_BACK = 0.1
@@ -161,8 +165,8 @@ def _numbers(column: Any) -> Any:  # noqa: ANN401  a column of pandas
 def _split(head: str) -> tuple[str, str]:
     """Split the head of a column into its name and its unit.
 
-    >>> _split("Roll [deg]"), _split("time_ms"), _split("depth_m")
-    (('roll', 'deg'), ('time_ms', ''), ('depth_m', ''))
+    >>> _split("Roll [deg]"), _split("time_ms"), _split("Глубина, м")
+    (('roll', 'deg'), ('time_ms', ''), ('depth', 'm'))
     """
     head = head.lstrip("#%/ ")
     match = _HEAD.fullmatch(head)
@@ -171,7 +175,8 @@ def _split(head: str) -> tuple[str, str]:
         if match
         else (head.strip(), "")
     )
-    return name.strip().lower(), known_unit(unit)
+    name = name.strip().lower()
+    return _SAID.get(" ".join(re.sub(r"[\W_]+", " ", name).split()), name), known_unit(unit)
 
 
 def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
@@ -208,8 +213,9 @@ class _Names:
                 fields = [self._with_unit(name, quantity) for name in names]
                 if all(fields):
                     order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
+                    axes = {"earth_axes": "enu"} if names[-1] in {"up", "vu"} else {}
                     used |= {*fields}
-                    yield from self._channel(quantity, fields, **order)
+                    yield from self._channel(quantity, fields, **order, **axes)
                     break
         for quantity, begins in data_of("topics")["columns_of_thrusters"].items():
             begin = "|".join(begins)  # the longer ones stand first

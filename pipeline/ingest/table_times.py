@@ -235,8 +235,10 @@ def _spread(time_ns: IntArray, name: str, place: Place, said: list[Problem]) -> 
 
 def _since_1970(values: npt.NDArray[Any]) -> str:
     """Return the unit of times since 1970 by their size, empty for others."""
-    usual = float(np.median(values)) if values.size else 0.0
-    return next((one for one, least in _SINCE_1970 if usual >= least), "")
+    low, usual, high = np.quantile(values, [0.25, 0.5, 0.75]) if values.size else (0.0, 0.0, 0.0)
+    if high - low > 0.1 * usual:
+        return ""
+    return next((one for one, least in _SINCE_1970 if least <= usual < 100.0 * least), "")
 
 
 def _unit_by_numbers(values: npt.NDArray[Any]) -> str:

@@ -308,3 +308,49 @@ def test_a_depth_in_feet_swings_more_than_is_felt(
     rows = rows_of(T, factor * depth, still, still, felt, still, still, 0.001 * np.sin(T))
     run = table(tmp_path, f"time [s],depth [m],ax,ay,az,roll,pitch,yaw\n{rows}")
     assert ("the depth (table) changes 3." in said(run)) is told
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        "Время, с;Скорость X, м/с;Скорость Y, м/с;Скорость Z, м/с;"
+        "Крен, рад;Дифферент, рад;Курс, рад;Глубина, м\n",
+        "time [s];surge velocity;sway velocity;heave velocity;roll angle;pitch angle;yaw;tiefe\n",
+    ],
+)
+def test_columns_in_other_words(heads: str, tmp_path: Path) -> None:
+    rows = rows_of(T, SPEED, EULER, DEPTH).replace(",", ";")
+    run = table(tmp_path, heads + rows)
+    np.testing.assert_allclose(run.channels["velocity"].values, SPEED, atol=1e-5)
+    np.testing.assert_allclose(run.channels["depth"].values[:, 0], DEPTH, atol=1e-5)
+    assert "attitude" in run.channels
+
+
+def test_a_place_and_a_velocity_to_the_east_north_and_up(tmp_path: Path) -> None:
+    place = np.cumsum(SPEED, axis=0) / 20.0
+    rows = rows_of(T, SPEED[:, [1, 0]], -SPEED[:, 2], place[:, [1, 0]], -place[:, 2], EULER)
+    run = table(tmp_path, f"time [s],v_east,v_north,v_up,east,north,up,roll,pitch,yaw\n{rows}")
+    np.testing.assert_allclose(run.channels["velocity_earth"].values, SPEED, atol=1e-5)
+    np.testing.assert_allclose(run.channels["position"].values, place, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("one_s", "start", "unit"),
+    [(1e9, 0.0, "ns"), (1.0, 1.7e9, ""), (1e3, 1.7e12, ""), (1e9, 1.7e18, "")],
+)
+def test_times_since_1970_and_others_of_their_size(
+    one_s: float, start: float, unit: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{start + t * one_s:.0f},{d:.4f}\n" for t, d in zip(T, DEPTH, strict=True))
+    run = table(tmp_path, f"time,depth\n{rows}")
+    assert run.duration_s == pytest.approx(T[-1], abs=0.6)
+    assert (f"is taken for {unit}" in said(run)) == bool(unit)
+
+
+@pytest.mark.parametrize(("lowest", "told"), [(0.6, True), (0.0, False)])
+def test_a_share_whose_rest_is_not_seen(lowest: float, told: bool, tmp_path: Path) -> None:
+    share = lowest + (1.0 - lowest) * (0.5 + 0.45 * np.sin(0.5 * T)) * (T > 4.0)
+    share[T <= 4.0] = lowest
+    rows = rows_of(T, share, share, DEPTH)
+    run = table(tmp_path, f"time [s],command_port,command_starboard,depth\n{rows}")
+    assert ("its rest is not seen" in said(run)) is told
