@@ -122,6 +122,11 @@ def softness_of(stack: WindowStack, residual: FloatArray) -> FloatArray:
     return soft
 
 
+def huber_weights(residual: FloatArray, soft: FloatArray) -> FloatArray:
+    """Weights (rows,) of Huber's cost, by factors on the noise."""
+    return np.asarray(HUBER / np.maximum(np.abs(residual) / soft, HUBER) / soft**2)
+
+
 def reduce_windows(
     problem: FitProblem, found: Derivatives, point: FitPoint, weights: FloatArray
 ) -> tuple[Reduced, list[tuple[FloatArray, FloatArray]]]:
@@ -227,8 +232,7 @@ def solve(
         else:
             found = derivatives(problem, point)
         soft = softness_of(problem.stack, found.residual)
-        weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
-        reduced, back = reduce_windows(problem, found, point, weights)
+        reduced, back = reduce_windows(problem, found, point, huber_weights(found.residual, soft))
         step, gain, beyond, whole = _shared_step(problem, reduced, point)
         before = total_cost(problem, found.residual, soft, point)
         point, cost = _search(problem, point, before, soft, step, _moves(reduced, step, back))

@@ -3,12 +3,8 @@ r"""What changed from run to run: thrusters and parameters that differ between t
 All runs are fitted together, as `identify` fits them: every run has the parameters x, and x + d v
 where a shift d along a direction v (a thruster's gain, a drag) is taken into the model for it. A
 few Gauss-Newton steps are enough: what the model lacks in all runs is no difference between them,
-so nothing has to settle. With M_j the information of run j, g_j its score, sums over the runs S of
-a shift, and M that of all with the priors,
-
-.. math::
-
-    \hat d = \frac{v^T g_S - k^T g}{v^T M_S v - k^T M_S v}, \qquad k = M^{-1} M_S v
+so nothing has to settle. A shift that is not in the model is one more column of the normal
+equations of x, the shifts taken, and the offsets of every run.
 
 Of the shifts that are asked for and stand (Holm's correction for their number), the one that
 explains most is taken into the model, the steps are gone on with, and the others are asked again
@@ -17,20 +13,31 @@ that is more than the noise says.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtr
 
 from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.gain_tests import adjusted
-from pipeline.identify.output_error import LONGEST_STEP
-from pipeline.identify.run_equations import FittedRun, RunEquations
+from pipeline.identify.output_error import (
+    LONGEST_STEP,
+    Reduced,
+    huber_weights,
+    reduce_windows,
+    softness_of,
+)
 from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.thrust_uncertainty import EXACT_THRUST, thrust_uncertainty
+from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_fit import chained_windows, widened
 from pipeline.identify.vehicle_parameters import free_parameters
-from pipeline.identify.window_derivatives import FitProblem, derivatives, residuals
+from pipeline.identify.window_derivatives import (
+    Derivatives,
+    FitPoint,
+    FitProblem,
+    derivatives,
+    residuals,
+)
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.run_table import RunTable
@@ -50,7 +57,7 @@ _MOST_CHANGES = 3
 _ORDINARY_GAIN, _ORDINARY_SHARE = 0.02, 0.1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shift:
     """A question: does `name` differ in these runs? `direction` (p + q,) is one unit of it."""
 
@@ -73,7 +80,7 @@ class RunChange:
     value: float
     std: float
     gain: float
-    p_value: float
+    p_value: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,6 @@ class RunChanges:
 
     changes: tuple[RunChange, ...]
     asked: tuple[RunChange, ...]
-    windows: int
 
 
 def changes_between(
@@ -99,23 +105,22 @@ def changes_between(
     CannotComputeError
         If there is nothing to fit.
     """
-    joint = _Joint.of(packed, sensors, [*before, *after], uncertainty)
-    shifts = _questions(joint.runs[0].problem, packed, len(before), len(before) + len(after))
+    joint = _Joint(packed, sensors, [*before, *after], uncertainty)
+    shifts = _questions(joint.problems[0], packed, len(before), len(before) + len(after))
     joint.settle(_ROUNDS)
     asked = joint.ask(shifts, ordinary=False)
     while len(joint.taken) < _MOST_CHANGES:
-        rest = [one for one in asked if one.shift not in joint.taken]
-        rest = [one for one in rest if one.p_value < FALSE_ALARMS]
+        rest = [one for one in asked if one.shift not in joint.taken and one.p_value < FALSE_ALARMS]
         if not rest:
             break
-        joint.take(max(rest, key=lambda one: one.gain))
+        best = max(rest, key=lambda one: one.gain)
+        joint.taken[best.shift] = best.value
         # the first moves all that is common
         joint.settle(_ROUNDS + 1 if len(joint.taken) == 1 else 1)
         asked = joint.ask(shifts, ordinary=False)
     asked = joint.ask(shifts)
     changes = tuple(one for one in asked if one.shift in joint.taken and one.p_value < FALSE_ALARMS)
-    told = tuple(one for one in asked if one.shift.kind != "run_parameter")
-    return RunChanges(changes, told, sum(len(run.problem.stack.windows) for run in joint.runs))
+    return RunChanges(changes, tuple(one for one in asked if one.shift.kind != "run_parameter"))
 
 
 def _questions(problem: FitProblem, packed: PackedVehicle, count: int, runs: int) -> list[Shift]:
@@ -148,97 +153,101 @@ def _questions(problem: FitProblem, packed: PackedVehicle, count: int, runs: int
     return found
 
 
-@dataclass
+@dataclass(frozen=True)
+class _RunEquations:
+    """Normal equations of one run's (x, offsets), and how all unknowns move those (`design`)."""
+
+    reduced: Reduced
+    back: list[tuple[FloatArray, FloatArray]]
+    design: FloatArray
+    matrix: FloatArray
+    pull: FloatArray
+
+    def of(self, direction: FloatArray) -> FloatArray:
+        """Widen a direction of x by offsets that stay."""
+        return np.append(direction, np.zeros(len(self.pull) - direction.size))
+
+
 class _Joint:
     """All runs with common parameters x (n,), and the shifts taken with their sizes."""
 
-    runs: list[FittedRun]
-    x: FloatArray
-    taken: list[Shift]
-    sizes: list[float]
-    wider: dict[str, float] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         packed: PackedVehicle,
         sensors: Sensors,
         tables: Sequence[RunTable],
         uncertainty: Uncertainty,
-    ) -> "_Joint":
+    ) -> None:
         channels = channel_noise(sensors, tables)
         parameters = free_parameters(packed, uncertainty)
-        thrust = thrust_uncertainty(packed, uncertainty)
-        if thrust.size:  # the factors alone: the shape of a curve is no matter of a day
-            count = thrust.gains
-            thrust = replace(
-                EXACT_THRUST,
-                share=thrust.share,
-                gains=count,
-                names=thrust.names[:count],
-                correlation=thrust.correlation[:count, :count],
-                curves=thrust.curves[:0],
-            )
-        runs = []
+        # the factors alone: the shape of a curve is no matter of a day
+        thrust = thrust_uncertainty(packed, uncertainty).factors()
+        self.problems: list[FitProblem] = []
         for table in tables:
             windows = chained_windows(packed, packed.vector, cut(packed, [table], channels))
             stack = stack_windows(packed, windows, channels)
             shared = run_nuisance(stack, 1)
-            problem = FitProblem(stack, parameters, packed.vector, shared, thrust=thrust)
-            runs.append(FittedRun(problem, problem.origin()))
-        return cls(runs, np.zeros(runs[0].problem.size), [], [])
-
-    def steps_of(self, number: int) -> FloatArray:
-        """Parameters (n,) of a run."""
-        own = self.x.copy()
-        for shift, size in zip(self.taken, self.sizes, strict=True):
-            if number in shift.runs:
-                own += size * shift.direction
-        return own
+            self.problems.append(
+                FitProblem(stack, parameters, packed.vector, shared, thrust=thrust)
+            )
+        self.points: list[FitPoint] = [one.origin() for one in self.problems]
+        self.known: list[Derivatives] = []
+        self.x = np.zeros(self.problems[0].size)
+        self.taken: dict[Shift, float] = {}
+        self.wider: dict[str, float] = {}
 
     def settle(self, rounds: int) -> None:
-        """Go rounds of steps, each with derivatives made anew."""
+        """Go rounds of steps, each with derivatives made anew, and take the noise for what is left.
+
+        The noise of a quantity is what the residuals of most runs show.
+        """
         for _ in range(rounds):
-            self.differentiate()
-            self.step(_CHORDS)
-            self.widen()
-
-    def widen(self) -> None:
-        """Take the noise for what the residuals of most runs show."""
-        found: dict[str, list[float]] = {}
-        for number, run in enumerate(self.runs):
-            run.point = replace(run.point, steps=self.steps_of(number))
-            factors = widened(run.problem.stack, residuals(run.problem, run.point))
-            for rows in run.problem.stack.rows:
-                quantity = rows.channel.quantity
-                found.setdefault(quantity, []).append(factors.get(quantity, 1.0))
-        self.wider = {quantity: float(np.median(each)) for quantity, each in found.items()}
-
-    def differentiate(self) -> None:
-        """Make the derivatives of every run where it stands."""
-        for number, run in enumerate(self.runs):
-            run.point = replace(run.point, steps=self.steps_of(number))
-            run.known = derivatives(run.problem, run.point)
-
-    def step(self, times: int) -> None:
-        """Go so many steps with the derivatives at hand."""
-        for _ in range(times):
-            equations, columns = self._equations(), self._columns(self.taken)
-            matrix, pull = self._normal(equations, columns)
-            move = np.linalg.solve(matrix, pull)
-            longest = float(np.abs(move[: self.x.size]).max(initial=0.0))
-            share = min(1.0, LONGEST_STEP / max(longest, 1e-12))
-            for run, own, design in zip(self.runs, equations, columns, strict=True):
-                run.move(own, design @ move, share)
-            self.x = np.maximum(self.x + share * move[: self.x.size], self.runs[0].problem.lowest)
-            self.sizes = [
-                a + share * b for a, b in zip(self.sizes, move[self.x.size :], strict=True)
+            self._place()
+            self.known = [
+                derivatives(problem, point)
+                for problem, point in zip(self.problems, self.points, strict=True)
             ]
+            for _ in range(_CHORDS):
+                self._step()
+            self._place()
+            found: dict[str, list[float]] = {}
+            for problem, point in zip(self.problems, self.points, strict=True):
+                factors = widened(problem.stack, residuals(problem, point))
+                for rows in problem.stack.rows:
+                    quantity = rows.channel.quantity
+                    found.setdefault(quantity, []).append(factors.get(quantity, 1.0))
+            self.wider = {quantity: float(np.median(each)) for quantity, each in found.items()}
 
-    def take(self, change: RunChange) -> None:
-        """Take a shift into the model."""
-        self.taken.append(change.shift)
-        self.sizes.append(change.value)
+    def _place(self) -> None:
+        """Put every run at its parameters."""
+        for number, point in enumerate(self.points):
+            steps = self.x + sum(
+                size * shift.direction for shift, size in self.taken.items() if number in shift.runs
+            )
+            self.points[number] = replace(point, steps=steps)
+
+    def _step(self) -> None:
+        """Go a step with the derivatives at hand."""
+        equations = self._equations()
+        matrix, pull = self._normal(equations)
+        move = np.linalg.solve(matrix, pull)
+        count = self.x.size
+        longest = float(np.abs(move[:count]).max(initial=0.0))
+        share = min(1.0, LONGEST_STEP / max(longest, 1e-12))
+        for number, one in enumerate(equations):
+            point, own = self.points[number], one.design @ move
+            starts = [
+                first - second @ own[piece.index]
+                for piece, (first, second) in zip(one.reduced.pieces, one.back, strict=True)
+            ]
+            self.points[number] = FitPoint(
+                point.steps,
+                point.shared + share * own[count:],
+                point.starts + share * np.array(starts),
+            )
+        self.x = np.maximum(self.x + share * move[:count], self.problems[0].lowest)
+        for shift, by in zip(self.taken, move[count:].tolist(), strict=False):
+            self.taken[shift] += share * by
 
     def ask(self, shifts: Sequence[Shift], *, ordinary: bool = True) -> tuple[RunChange, ...]:
         """Estimate each shift beside those taken; p-values by Holm over what could be told.
@@ -247,13 +256,15 @@ class _Joint:
         the model, for until then it passes for the ordinary.
         """
         equations = self._equations()
-        alone = [self._estimate(equations, shift) for shift in shifts]
+        matrix, pull = self._normal(equations)
+        inverse = np.linalg.inv(matrix)
+        alone = [self._estimate(equations, inverse, pull, shift) for shift in shifts]
         found = [self._tested(one, alone if ordinary else ()) for one in alone]
         told = [
             k
             for k, one in enumerate(found)
-            if one.shift.kind != "run_parameter"
-            and (one.shift.kind == "parameter" or one.std < _WIDEST_GAIN)
+            if one.shift.kind == "parameter"
+            or (one.shift.kind != "run_parameter" and one.std < _WIDEST_GAIN)
         ]
         p = np.ones(len(found))
         p[told] = adjusted([found[k].p_value for k in told])
@@ -261,77 +272,109 @@ class _Joint:
 
     def _tested(self, one: RunChange, alone: Sequence[RunChange]) -> RunChange:
         """Test a shift against its noise and what other single runs, not taken, differ by."""
-        name = one.shift.name
-        aside = {run for shift in self.taken if shift.name == name for run in shift.runs}
-        if len(one.shift.runs) == 1:
-            aside |= set(one.shift.runs)
+        shift, is_gain = one.shift, one.shift.kind != "parameter"
+        aside = {run for each in self.taken if each.name == shift.name for run in each.runs}
+        if len(shift.runs) == 1:
+            aside |= set(shift.runs)
         rest = [
             (other.value, other.std)
             for other in alone
-            if other.shift.name == name and len(other.shift.runs) == 1
+            if other.shift.name == shift.name and len(other.shift.runs) == 1
             if not aside & set(other.shift.runs)
+            if not is_gain or other.std < _WIDEST_GAIN
         ]
         values, stds = np.array(rest, float).reshape(-1, 2).T
-        if one.shift.kind != "parameter" and values.size:
-            values, stds = values[stds < _WIDEST_GAIN], stds[stds < _WIDEST_GAIN]
-        size = float(np.abs(one.shift.direction).max())
         # by weight, so that a run that hardly shows it does not decide (DerSimonian and Laird 1986)
         weights = 1.0 / stds**2
         excess = float(np.sum(weights * values**2)) - values.size
-        between = max(excess, 0.0) / float(weights.sum()) if values.size else 0.0
-        ordinary = _ORDINARY_GAIN if one.shift.kind != "parameter" else _ORDINARY_SHARE / size
-        std = (one.std**2 + between / len(one.shift.runs) + ordinary**2) ** 0.5
-        windows = sum(len(self.runs[k].problem.stack.windows) for k in one.shift.runs)
+        between = max(excess, 0.0) / float(weights.sum()) if rest else 0.0
+        size = float(np.abs(shift.direction).max())
+        ordinary = _ORDINARY_GAIN if is_gain else _ORDINARY_SHARE / size
+        std = (one.std**2 + between / len(shift.runs) + ordinary**2) ** 0.5
+        windows = sum(len(self.problems[k].stack.windows) for k in shift.runs)
         chance = 2.0 * float(stdtr(max(windows - 1, 1), -abs(one.value) / std))
         return replace(one, std=std, p_value=chance)
 
-    def _equations(self) -> list[RunEquations]:
-        return [
-            run.equations(self.steps_of(number), self.wider) for number, run in enumerate(self.runs)
-        ]
+    def _equations(self) -> list[_RunEquations]:
+        """Set up the equations of every run where it stands, with the derivatives at hand."""
+        self._place()
+        count, found = self.x.size, []
+        begin = count + len(self.taken)
+        size = begin + sum(one.shared.size for one in self.problems)
+        for number, (problem, point) in enumerate(zip(self.problems, self.points, strict=True)):
+            stack = problem.stack
+            known = replace(self.known[number], residual=residuals(problem, point))
+            soft = softness_of(stack, known.residual)
+            for k, rows in enumerate(stack.rows):
+                own = stack.owner == k
+                soft[own] = np.maximum(soft[own], self.wider.get(rows.channel.quantity, 1.0))
+            weights = huber_weights(known.residual, soft)
+            reduced, back = reduce_windows(problem, known, point, weights)
+            # the prior of x is that of all runs together
+            prior = reduced.prior.copy()
+            prior[:count, :count] = 0.0
+            shared = problem.shared.size
+            design = np.zeros((count + shared, size))
+            design[:count, :count] = np.eye(count)
+            for k, shift in enumerate(self.taken):
+                design[:count, count + k] = shift.direction * (number in shift.runs)
+            design[count:, begin : begin + shared] = np.eye(shared)
+            begin += shared
+            pull = reduced.gradient - prior[:, count:] @ point.shared
+            matrix = reduced.information + prior
+            found.append(_RunEquations(reduced, back, design, matrix, pull))
+        return found
 
-    def _columns(self, shifts: Sequence[Shift]) -> list[FloatArray]:
-        """How (x, shifts) move the parameters of each run, (n, n + shifts)."""
-        return [
-            np.column_stack(
-                [np.eye(self.x.size), *(one.direction * (number in one.runs) for one in shifts)]
-            )
-            for number in range(len(self.runs))
-        ]
-
-    def _normal(
-        self, equations: Sequence[RunEquations], columns: Sequence[FloatArray]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Set up the normal equations of (x, shifts), priors included."""
-        count, own = columns[0].shape[1], self.x.size
-        matrix, pull = 1e-9 * np.eye(count), np.zeros(count)
-        precision = self.runs[0].problem.precision
-        matrix[:own, :own] += precision
-        pull[:own] = -precision @ self.x
-        for one, design in zip(equations, columns, strict=True):
-            matrix += design.T @ one.information @ design
-            pull += design.T @ one.score
+    def _normal(self, equations: Sequence[_RunEquations]) -> tuple[FloatArray, FloatArray]:
+        """Set up the normal equations of (x, shifts taken, offsets), priors included."""
+        count, size = self.x.size, equations[0].design.shape[1]
+        precision = self.problems[0].precision
+        matrix, pull = 1e-9 * np.eye(size), np.zeros(size)
+        matrix[:count, :count] += precision
+        pull[:count] = -precision @ self.x
+        for one in equations:
+            matrix += one.design.T @ one.matrix @ one.design
+            pull += one.design.T @ one.pull
         return matrix, pull
 
-    def _estimate(self, equations: Sequence[RunEquations], shift: Shift) -> RunChange:
+    def _estimate(
+        self,
+        equations: Sequence[_RunEquations],
+        inverse: FloatArray,
+        pull: FloatArray,
+        shift: Shift,
+    ) -> RunChange:
         """Estimate one shift beside the others that are taken."""
-        others = [one for one in self.taken if one is not shift]
-        now = dict(zip([id(one) for one in self.taken], self.sizes, strict=True))
-        columns = self._columns([*others, shift])
-        matrix, pull = self._normal(equations, columns)
-        inverse = np.linalg.inv(matrix)
         move = inverse @ pull
+        if shift in self.taken:
+            place = self.x.size + list(self.taken).index(shift)
+            row, variance, step, alone = inverse[place], float(inverse[place, place]), 0.0, 0.0
+            value = self.taken[shift] + float(move[place])
+        else:
+            column, square, score = np.zeros(len(pull)), 1e-9, 0.0
+            for number in shift.runs:
+                one = equations[number]
+                own = one.of(shift.direction)
+                column += one.design.T @ (one.matrix @ own)
+                square += float(own @ one.matrix @ own)
+                score += float(own @ one.pull)
+            beside = inverse @ column
+            variance = 1.0 / (square - float(column @ beside))
+            value = step = variance * (score - float(beside @ pull))
+            move = move - step * beside
+            row, alone = -variance * beside, variance
         # what the windows say once all has moved: their scatter counts where it is wider
         scatter = 0.0
-        for own, design in zip(equations, columns, strict=True):
-            left = own.scores - np.einsum("wij,j->wi", own.windows, design @ move)
-            scatter += float(np.sum((left @ design @ inverse[-1]) ** 2))
-        std = max(float(inverse[-1, -1]), scatter) ** 0.5
-        value = now.get(id(shift), 0.0) + float(move[-1])
-        problem, size = self.runs[0].problem, float(np.abs(shift.direction).max())
+        for number, one in enumerate(equations):
+            own = one.of(shift.direction * (number in shift.runs))
+            weight, moved = one.design @ row + alone * own, one.design @ move + step * own
+            for piece in one.reduced.pieces:
+                left = piece.score - piece.information @ moved[piece.index]
+                scatter += float(weight[piece.index] @ left) ** 2
         index = int(np.argmax(np.abs(shift.direction)))
-        at = float(self.x[index]) / size
-        is_gain = index >= len(problem.parameters)
-        nominal = 1.0 if is_gain else problem.parameters[index].nominal
-        gain = value**2 / float(inverse[-1, -1])
-        return RunChange(shift, nominal + at, value, std, gain, 1.0)
+        at = float(self.x[index]) / float(np.abs(shift.direction).max())
+        parameters = self.problems[0].parameters
+        nominal = parameters[index].nominal if index < len(parameters) else 1.0
+        return RunChange(
+            shift, nominal + at, value, max(variance, scatter) ** 0.5, value**2 / variance
+        )

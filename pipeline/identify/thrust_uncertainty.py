@@ -97,6 +97,12 @@ class ThrustUncertainty:
         tables = packed.thrust_tables + np.einsum("k,ktsvc->tsvc", own, self.curves)
         return replace(packed, thrust_tables=tables)
 
+    def factors(self) -> "ThrustUncertainty":
+        """Return the factors of the thrusters alone."""
+        count = self.gains
+        names, correlation = self.names[:count], self.correlation[:count, :count]
+        return ThrustUncertainty(self.share, count, names, (), correlation, self.curves[:0])
+
     def drawn(self, generator: np.random.Generator, largest: float) -> FloatArray:
         """Draw steps (q,) from the prior, none further out than `largest` before correlation."""
         draws = np.clip(generator.standard_normal(self.size), -largest, largest)
