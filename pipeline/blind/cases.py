@@ -1,8 +1,7 @@
 """The plan of a campaign: which case stands under which number, and its folder on disk.
 
 Strata and their shares follow from the number alone, so any case can be made again by itself, and a
-campaign that is stopped goes on where it was. Seeds of cases for setting thresholds and of cases
-for testing never meet.
+campaign that is stopped goes on where it was.
 """
 
 from dataclasses import dataclass
@@ -17,8 +16,8 @@ from pipeline.blind.outside import TROUBLES
 from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.vehicle.load import VEHICLE_FILE
 
-#: Case numbers are added to these; a campaign's seed times `SEED_STRIDE` comes on top.
-CALIBRATION_SEEDS, TEST_SEEDS = 0, 1_000_000
+#: Case numbers are added to this; a campaign's seed times `SEED_STRIDE` comes on top.
+FIRST_SEED = 1_000_000
 SEED_STRIDE = 10_000_000
 #: Length of each run of a case. [s]
 RUN_S = 60.0
@@ -67,26 +66,13 @@ def case_of(
     subjects: dict[str, BlindSubject],
     seed: int,
     *,
-    calibration: bool = False,
     run_s: float = RUN_S,
 ) -> Numbered:
-    """Return the case with a number.
+    """Return the case with a number, of a campaign's seed; vehicles, by name, take turns.
 
-    Parameters
-    ----------
-    number : int
-        From 0.
-    subjects : dict of BlindSubject
-        Vehicles by name; they take turns.
-    seed : int
-        Of the campaign.
-    calibration : bool
-        From the seeds for setting thresholds, not those for testing.
-    run_s : float
-        Length of each of its runs. [s]
+    `run_s` is the length of each of its runs [s].
     """
-    first = CALIBRATION_SEEDS if calibration else TEST_SEEDS
-    own = first + number + SEED_STRIDE * seed
+    own = FIRST_SEED + number + SEED_STRIDE * seed
     rng = np.random.default_rng([own, 17])
     kind, rank = _kind_of(number)
     names = tuple(subjects)

@@ -48,7 +48,6 @@ class BlindRequest(CampaignRequest):
     vehicles: tuple[str, ...] = USUAL
     baselines: bool = True
     keep_logs: bool = False
-    calibration: bool = False
     run_s: float = RUN_S
 
 
@@ -111,9 +110,7 @@ def run_case(
 ) -> dict[str, Any]:
     """Run one case and return its line: ``number`` and either ``score`` or ``not_made``."""
     subjects = subjects_of(request.vehicles, request.raw, request.out)
-    numbered = case_of(
-        number, subjects, request.seed, calibration=request.calibration, run_s=request.run_s
-    )
+    numbered = case_of(number, subjects, request.seed, run_s=request.run_s)
     name, spec = numbered.name, numbered.spec
     try:
         case = generate(subjects[numbered.vehicle], spec)
@@ -148,7 +145,6 @@ def run_campaign(
     header = {
         "schema": SCHEMA,
         "vehicles": list(request.vehicles),
-        "calibration": request.calibration,
         "run_s": request.run_s,
         "code": code_digest(__name__, *module_names()),
     }

@@ -1,6 +1,5 @@
 """``rig2sea design``."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
@@ -10,7 +9,7 @@ from pipeline.commands.common.options import folder, json_option, to_folder
 from pipeline.commands.common.say import print_json, say, warn
 from pipeline.language import as_it_is
 
-_CALCULATORS = ("balance", "propeller", "tether", "added-mass", "slope")
+_CALCULATORS = ("balance", "propeller", "tether", "added-mass")
 
 
 @click.command()
@@ -30,7 +29,7 @@ _CALCULATORS = ("balance", "propeller", "tether", "added-mass", "slope")
 @folder("--out", "", "Folder that holds processed/ and reports/.  [default: here]")
 def design(
     *,
-    calculator: Literal["balance", "propeller", "tether", "added-mass", "slope"],
+    calculator: Literal["balance", "propeller", "tether", "added-mass"],
     file: Path | None,
     example: str | None,
     to: Path | None,
@@ -44,7 +43,6 @@ def design(
     propeller: the propeller of the Wageningen B-series that needs least power on a drive.
     tether: pull of a cable around a footprint, the forces and power that hold it.
     added-mass: of a vehicle from the shapes of its parts, as a section of its vehicle file.
-    slope: what Potapov and Galyaev's slope leaves out, term by term; it takes no FILE.
 
     FILE is YAML; --example prints a commented one. A page with pictures and a JSON file are
     written; of added masses the section, and with --to files.
@@ -58,9 +56,6 @@ def design(
     """
     if example is not None:
         click.echo(_example(calculator, example), nl=False)
-        return
-    if calculator == "slope":
-        _slope(as_json=as_json)
         return
     if file is None:
         raise click.UsageError(
@@ -104,21 +99,6 @@ def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
         click.echo(found.section, nl=False)
     for path in write_added_mass(found, to) if to is not None else ():
         click.echo(path, err=as_json)
-
-
-def _slope(*, as_json: bool) -> None:
-    from pipeline.campaign.slope_omissions import PUBLISHED_KG, TRUTH_KG, omission_shifts
-
-    shifts = omission_shifts()
-    if as_json:
-        mass = {"truth_kg": TRUTH_KG, "published_kg": PUBLISHED_KG}
-        terms = [asdict(one) for one in shifts]
-        print_json({"schema": "rig2sea/design-slope/1", **mass, "terms": terms})
-        return
-    say("Added mass from the slope with one term switched on at a time, kg:")
-    for one in shifts:
-        say(f"  {one.term:10} {one.size:42} {one.added_mass_kg:7.2f} ({one.shift_kg:+.2f})")
-    say(f"True in these runs: {TRUTH_KG:.2f}; measured in the paper: {PUBLISHED_KG:.2f}.")
 
 
 def _example(calculator: str, name: str) -> str:

@@ -5,9 +5,7 @@ from typing import Any
 import pytest
 
 from pipeline.blind.cases import (
-    CALIBRATION_SEEDS,
     SHARES,
-    TEST_SEEDS,
     case_of,
 )
 from pipeline.blind.label import CaseLabel, TrueEffect
@@ -217,15 +215,6 @@ def test_the_plan_of_a_campaign(rov8: BlindSubject, carrier: BlindSubject) -> No
     assert len({one.spec.seed for one in plan}) == total
     # any part of the plan is spread over the kinds
     assert {one.spec.kind for one in plan[:20]} >= {"none", "single", "outside", "pair"}
-
-
-def test_seeds_of_calibration_and_test_never_meet(rov8: BlindSubject) -> None:
-    subjects = {"rov8": rov8}
-    for number in (0, 999_999):
-        ours = case_of(number, subjects, 3, calibration=True).spec.seed
-        theirs = case_of(0, subjects, 3).spec.seed
-        assert ours < theirs
-    assert CALIBRATION_SEEDS + 999_999 < TEST_SEEDS
 
 
 def test_plain_methods_are_compared_on_the_cases_that_they_answered() -> None:

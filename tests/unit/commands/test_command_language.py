@@ -102,7 +102,7 @@ def test_wrong_usage_is_told_of_in_russian() -> None:
         ("check a --vehicle none", "'none' не существует."),
         ("simulate a --effec x", "Нет такого параметра '--effec'. (Возможно, имелось в виду: "),
         # what is to be typed stays as it is: a tether is no word here
-        ("design", "Возможно одно из: balance, propeller, tether, added-mass, slope\n"),
+        ("design", "Возможно одно из: balance, propeller, tether, added-mass\n"),
         ("design tether --example x", 'нет примера "x" для tether; есть'),
         ("simulate rov8 --manoeuvre hover --to x.mcap --allocator paper", "ошибка: у rov8 нет"),
     ],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.campaign.slope_omissions import (
+from evaluation.slope_omissions import (
     OmissionShift,
     omission_shifts,
     slope_added_mass,
