@@ -1,13 +1,9 @@
-r"""Parameters that cannot be negative: steps that stay inside, and intervals that end at the bound.
+"""Parameters that cannot be negative: steps that stay inside, and intervals that end at the bound.
 
-A hull takes energy out of its motion, so linear and quadratic damping of an axis are not negative.
-A normal posterior N(m, C) knows nothing of that. With the bound it is the same density, zero
-outside and normalised anew (Gelfand, Smith and Lee 1992, Bayesian analysis of constrained parameter
-and truncated data problems, J. Am. Stat. Assoc. 87:523). Its marginals are found by expectation
-propagation (Minka 2001; for such densities Cunningham, Hennig and Lacoste-Julien 2011): every bound
-is stood for by a normal factor on its coordinate, chosen so that, beside all others, it has the
-mean and variance of the density cut off there. Where every bound is more than `FAR_INSIDE` standard
-deviations off nothing of this is needed, and nothing is done.
+With a bound a normal posterior is the same density, zero outside and normalised anew (Gelfand,
+Smith and Lee 1992, J. Am. Stat. Assoc. 87:523). Its marginals are found by expectation propagation
+(Minka 2001): every bound is stood for by a normal factor on its coordinate, chosen so that, beside
+all others, it has the mean and variance of the density cut off there.
 """
 
 from dataclasses import dataclass
@@ -38,26 +34,17 @@ def bounded_step(
 ) -> tuple[FloatArray, FloatArray]:
     r"""Minimise d' H d / 2 - pull' d with d >= lowest, -inf where there is no bound.
 
-    All coordinates without a bound are eliminated; what is left, a distance in the metric of the
-    bounded ones' own information, is a least-squares problem with bounds (Stark and Parker 1995).
-    Returns the step (n,), and how far the step without bounds lies from it (n,), zero where no
-    bound holds.
+    A least-squares problem with bounds in the root of H (Stark and Parker 1995). Returns the step
+    (n,), and how far the step without bounds lies from it (n,), zero where no bound holds.
     """
     free = np.asarray(np.linalg.solve(matrix, pull), float)
     if (free >= lowest).all():
         return free, np.zeros(free.size)
     from scipy.optimize import lsq_linear
 
-    bounded = np.flatnonzero(np.isfinite(lowest))
-    columns = np.linalg.solve(matrix, np.eye(len(matrix))[:, bounded])
-    covariance = columns[bounded]
-    root = np.linalg.cholesky(np.linalg.inv((covariance + covariance.T) / 2)).T
-    found = lsq_linear(
-        root, root @ free[bounded], bounds=(lowest[bounded], np.inf), method="bvls", tol=1e-12
-    ).x
-    moved = found - free[bounded]
-    step = free + columns @ np.linalg.solve(covariance, moved)
-    step[bounded] = np.maximum(found, lowest[bounded])
+    root = np.linalg.cholesky(matrix).T
+    found = lsq_linear(root, root @ free, bounds=(lowest, np.inf), method="bvls", tol=1e-12)
+    step = np.maximum(found.x, lowest)
     return np.asarray(step, float), np.asarray(free - step, float)
 
 

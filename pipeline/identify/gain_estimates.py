@@ -1,12 +1,9 @@
 r"""From the likelihoods of runs to gains: of an axis, of a thruster, pooled over runs.
 
-On an axis beta_i ~ N(b_i, (3 b_i)^2) where the file gives thruster i a lever b_i, wide enough to
-say nothing; where it gives none, beta_i ~ N(0, (t L)^2) with L the typical lever of the axis and t
-the one of a grid under which the run is most probable (empirical Bayes).
-
-Of a thruster, on all axes together: beta_ia = b_ia (1 + d_a) (g_i + e_ia), with d_a a factor common
-to an axis (its mass and inertia are as uncertain as the file says) and e_ia what levers and curves
-are wrong by. Linear about the last g, which is repeated.
+On an axis beta_i ~ N(b_i, (3 b_i)^2) where the file gives thruster i a lever b_i; where it gives
+none, beta_i ~ N(0, (t L)^2) with L the typical lever of the axis and t the one of a grid under
+which the run is most probable (empirical Bayes). Of a thruster, on all axes together,
+beta_ia = b_ia (1 + d_a) (g_i + e_ia) (docs/methods/gains.md), linear about the last g.
 
 Pooled by DerSimonian and Laird 1986, Control. Clin. Trials 7, 177-188, its interval by Student's t
 with the variance of Hartung and Knapp 2001, Stat. Med. 20, 3875-3889, never narrower than without.

@@ -1,14 +1,9 @@
-r"""Tests of gains: one number a question, a p-value each, all of them counted together.
+"""Tests of gains: one number a question, a p-value each, all of them counted together.
 
-*Weak, strong*: a thruster's gain against what the others (or the reference) let expect, with the
-scatter that is ordinary. *Dead, reversed* are what the interval of such a thruster says. *Swapped*,
-*axis reversed*: the evidence of all axes for levers that are exchanged, or turned over, over that
-for the file's levers with any gain. The evidence ratio of a hypothesis exceeds k with a chance of
+What is asked: docs/methods/gains.md. The evidence ratio of a hypothesis exceeds k with a chance of
 at most 1 / k where the other is true (Markov's inequality; Wasserman, Ramdas and Balakrishnan 2020,
-PNAS 117(29), 16880-16890), so that 1 / ratio is a p-value. *Coupled*: a force along an axis that
-the file gives no lever on, beyond `ORDINARY_COUPLING` of a typical thruster.
-
-The family-wise rate is held by Holm 1979, Scand. J. Statist. 6(2), 65-70.
+PNAS 117(29), 16880-16890), so that 1 / ratio is a p-value. The family-wise rate is held by Holm
+1979, Scand. J. Statist. 6(2), 65-70.
 """
 
 import itertools

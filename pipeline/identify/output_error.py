@@ -76,9 +76,8 @@ class FitSolution:
     problem: FitProblem
     point: FitPoint
     reduced: Reduced
-    derivatives: Derivatives
-    gain: float
-    """What the last step promised off the cost."""
+    residual: FloatArray
+    """Whitened residuals (rows,)."""
     cost: float
     iterations: int
     converged: bool
@@ -88,11 +87,6 @@ class FitSolution:
     """(p,) the last step before it was shortened, in prior standard deviations."""
     out_of_steps: bool = False
     """Whether the steps were used up before the fit had settled."""
-
-    @property
-    def residual(self) -> FloatArray:
-        """Whitened residuals (rows,)."""
-        return self.derivatives.residual
 
     @property
     def vector(self) -> FloatArray:
@@ -194,7 +188,6 @@ def solve(
     *,
     smallest_gain: float = SMALLEST_GAIN,
     most_steps: int = MOST_STEPS,
-    before_this: Derivatives | None = None,
 ) -> FitSolution:
     """Minimise the cost by Gauss-Newton with step halving.
 
@@ -208,8 +201,6 @@ def solve(
         Stop when a step promises less than this off the cost.
     most_steps : int
         The fit ends after so many where it stands.
-    before_this : Derivatives, optional
-        Of the same problem at the point to begin at, but for a step that led nowhere.
 
     Raises
     ------
@@ -227,10 +218,7 @@ def solve(
     point = replace(point, steps=np.where(problem.free(problem.size), point.steps, 0.0))
     while iteration < most_steps:
         iteration += 1
-        if iteration == 1 and before_this is not None:
-            found = replace(before_this, residual=residuals(problem, point))
-        else:
-            found = derivatives(problem, point)
+        found = derivatives(problem, point)
         soft = softness_of(problem.stack, found.residual)
         reduced, back = reduce_windows(problem, found, point, huber_weights(found.residual, soft))
         step, gain, beyond, whole = _shared_step(problem, reduced, point)
@@ -250,8 +238,7 @@ def solve(
         problem,
         point,
         reduced,
-        found,
-        gain,
+        found.residual,
         cost,
         iteration,
         converged,

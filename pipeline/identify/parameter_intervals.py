@@ -6,18 +6,13 @@ H^-1 where residuals are white. Where they go together the sandwich
 .. math:: H^{-1} (B + P) H^{-1}, \qquad
     B = \sum_w s_w s_w^T + \tfrac12 \sum_w (s_w s_{w+1}^T + s_{w+1} s_w^T)
 
-of the windows' scores s_w (P the prior; neighbouring windows of one run, Bartlett's weight) is
-what the scatter between windows shows (White 1982; Newey and West 1987). It rests on the few dozen
-windows that tell of a parameter, and is itself uncertain by sqrt(2 / windows): it takes the place
-of the Fisher variance where it exceeds that by more than chance would (5 %), and never narrows.
+of the windows' scores s_w (P the prior; Bartlett's weight; White 1982; Newey and West 1987) takes
+the place of the Fisher variance where it exceeds that by more than chance would (5 %).
 
-The unknowns of the thrust are part of H: the block of H^-1 that belongs to the parameters is what
-is left of them with the thrust integrated out. Integrating moves them, too: with a thrust that is
-larger by a factor g all forces of the hull are, and the data, which know them in proportion, leave
-the k parameters that they tell of a volume that grows as g^k. So the most likely point is not the
-middle: the posterior of the factors leans by k towards larger thrust, a shift of the factors, and
-of all that goes with them, of C_{.g} k u (Laplace's method with the volume as a factor; Tierney and
-Kadane 1986). Where a parameter is near its bound, the normal density is cut off there (`bounds`).
+The unknowns of the thrust are part of H and integrated out. With a thrust that is larger by a
+factor g all forces of the hull are: the data leave the k parameters that they tell of a volume that
+grows as g^k, so the posterior of the factors leans towards larger thrust, a shift of all that goes
+with them of C_{.g} k u (Laplace's method with the volume as a factor; Tierney and Kadane 1986).
 """
 
 from collections.abc import Sequence
@@ -79,16 +74,17 @@ def posterior_of(solution: FitSolution) -> Posterior:
     scatter = _scatter(np.array(influences), run_of[1:] == run_of[:-1])
     variance = np.diag(inverse)[:count]
     wider = variance - share.sum(axis=0) + scatter
-    believed = scatter > share.sum(axis=0) * _by_chance(share)
+    degrees = _degrees(share)
+    # the 95 % quantile of scattered over expected variance
+    by_chance = 2.0 * gammaincinv(0.5 * degrees, 0.95) / degrees
+    believed = scatter > share.sum(axis=0) * by_chance
     if believed.mean() > MANY:
         # not by chance in so many: residuals go together, also where one alone does not show it
         believed = np.ones_like(believed)
     # what so few windows show is itself uncertain: Student's quantile in place of the normal one
-    few = stdtrit(_degrees(share), 0.975) / NORMAL_95
+    few = stdtrit(degrees, 0.975) / NORMAL_95
     ratio = np.where(believed, np.maximum(few**2 * wider / variance, 1.0), 1.0)
-    inflation = np.sqrt(ratio)
-    covariance = inverse[:count, :count]
-    return _with_intervals(solution, covariance, inflation)
+    return _with_intervals(solution, inverse[:count, :count], np.sqrt(ratio))
 
 
 def _gain_and_covariance(solution: FitSolution) -> tuple[FloatArray, FloatArray]:
@@ -155,12 +151,6 @@ def _middle(problem: FitProblem, covariance: FloatArray, known: FloatArray) -> F
     return np.where(problem.free(len(covariance)), moved, 0.0)
 
 
-def _by_chance(shares: FloatArray) -> FloatArray:
-    """95 % quantile of scattered over expected variance, from each window's share of it (w, p)."""
-    degrees = _degrees(shares)
-    return np.asarray(2.0 * gammaincinv(0.5 * degrees, 0.95) / degrees)
-
-
 def _degrees(shares: FloatArray) -> FloatArray:
     """Degrees of freedom (p,) of the scatter between windows, from each one's share of it (w, p).
 
@@ -191,7 +181,8 @@ def identified_parameters(
     parameters: Sequence[FreeParameter], steps: FloatArray, posterior: Posterior
 ) -> tuple[IdentifiedParameter, ...]:
     """Values with intervals, and a verdict with its reason for each."""
-    correlation = _correlations(parameters, posterior)
+    own = posterior.covariance[: len(parameters), : len(parameters)]
+    correlation = own / np.sqrt(np.outer(np.diag(own), np.diag(own)))
     found = []
     for i, parameter in enumerate(parameters):
         scale = parameter.prior_std
@@ -235,13 +226,6 @@ def identified_parameters(
             )
         )
     return tuple(found)
-
-
-def _correlations(parameters: Sequence[FreeParameter], posterior: Posterior) -> FloatArray:
-    count = len(parameters)
-    own = posterior.covariance[:count, :count]
-    deviations = np.sqrt(np.diag(own))
-    return np.asarray(own / np.outer(deviations, deviations))
 
 
 def _reason(ratio: float, uncut: float, known: float, partner: str, correlation: float) -> str:

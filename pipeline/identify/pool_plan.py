@@ -1,21 +1,16 @@
 r"""The next pool day: the manoeuvres whose information brings the parameters to wanted intervals.
 
-Every candidate, a manoeuvre at a size and length, is flown in simulation with the nominal vehicle;
-its windows give the information matrix that a fit of that run would have (`identifiability`). The
-list grows one run at a time by the one that lowers
+Every candidate is flown in simulation; the list (docs/methods/pool_day.md) grows one run at a time
+by the one that most lowers, with sigma_i the standard deviation of a parameter after the runs and
+its prior, and w_i the wanted one,
 
 .. math:: \sum_i \max\left(\log \frac{\sigma_i}{w_i}, 0\right) + \epsilon \log\det P
 
-most for its seconds, with sigma_i the standard deviation of a parameter after the runs and its
-prior, and w_i the wanted one, until all are reached, nothing helps, or the time is used. The second
-term breaks ties where all are reached or far (D-optimal; Pukelsheim 2006).
-
-What is promised is wider than the Fisher information says by `MARGIN`: residuals that go together
-and parameters that are not where the file says.
+The second term breaks ties where all are reached or far (D-optimal; Pukelsheim 2006).
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -105,16 +100,18 @@ def plan_pool_day(
         for amplitude in _SIZES:
             tell(f"flying {name}, size {amplitude:g}")
             try:
-                one = _flown(packed, sensors, name, amplitude, duration)
-                why = _too_large(one.room_m, room_m)
+                flown = fly(packed, manoeuvre.plan(packed, amplitude, duration))
+                room = np.ptp(flown.position_ned_m, axis=0)
+                why = _too_large(room, room_m)
                 if why:
                     left_out.append(f"{name} at size {amplitude:g} {why}")
                     continue
-                more = information_of_run(packed, sensors, one.log, parameters, thrust=thrust)
+                log = measure(flown, packed, sensors)
+                more = information_of_run(packed, sensors, log, parameters, thrust=thrust)
             except CannotComputeError as error:
                 left_out.append(f"{name}: {error}")
                 break
-            found.append(replace(one, information=more))
+            found.append(PlanCandidate(name, amplitude, duration, flown, log, room, more))
     if not found:
         raise CannotComputeError(
             "no manoeuvre fits: "
@@ -126,17 +123,6 @@ def plan_pool_day(
     runs, helps, after = _greedy(found, prior, len(parameters), int(total_s / duration + 1e-9))
     usual, usual_s = _usual(found, prior, len(parameters), len(runs))
     return ChosenRuns(runs, helps, parameters, after, usual, usual_s * duration, tuple(left_out))
-
-
-def _flown(
-    packed: PackedVehicle, sensors: Sensors, name: str, amplitude: float, duration_s: float
-) -> PlanCandidate:
-    trajectory = fly(packed, MANOEUVRES[name].plan(packed, amplitude, duration_s))
-    if not np.isfinite(trajectory.nu).all():
-        raise CannotComputeError("the vehicle cannot be simulated through it")
-    log = measure(trajectory, packed, sensors)
-    room = np.ptp(trajectory.position_ned_m, axis=0)
-    return PlanCandidate(name, amplitude, duration_s, trajectory, log, room, np.zeros((0, 0)))
 
 
 def _too_large(track_m: FloatArray, room_m: Sequence[float] | None) -> str:

@@ -257,7 +257,7 @@ class _Joint:
         """
         equations = self._equations()
         matrix, pull = self._normal(equations)
-        inverse = np.linalg.inv(matrix)
+        inverse = np.asarray(np.linalg.inv(matrix), float)
         alone = [self._estimate(equations, inverse, pull, shift) for shift in shifts]
         found = [self._tested(one, alone if ordinary else ()) for one in alone]
         told = [

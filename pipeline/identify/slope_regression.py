@@ -8,7 +8,6 @@ free of that (Fuller 1987, section 1.1).
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import was_measured
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear
 from pipeline.physics.parameters import read
-from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -26,18 +24,6 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 _BLOCK_LAGS = (10, 5, 2, 1)
 #: The least that a scatter between blocks is taken from where one stretch is all there is.
 _FEWEST_BLOCKS = 4
-
-
-@dataclass(frozen=True)
-class Slope:
-    """A slope [1/kg] with its standard error.
-
-    `factor` is the half-width of its 95 % interval in standard errors.
-    """
-
-    value: float
-    std: float
-    factor: float = NORMAL_95
 
 
 def blocks_of(stretch: IntArray, length: int) -> IntArray:
@@ -91,18 +77,12 @@ def least_squares(
     raise CannotComputeError("the thrust, or what acts beside it, varies in a single moment alone")
 
 
-def slope_of(fit: LinearFit) -> Slope:
-    """Return the coefficient of the first regressor."""
-    std = float(np.sqrt(fit.covariance[0, 0]))
-    return Slope(float(fit.coefficients[0]), std, student_95(fit.degrees_of_freedom))
-
-
 def plain_slope(
     thrust: FloatArray, acceleration: FloatArray, stretch: IntArray, lags: int
-) -> Slope:
-    """Least-squares slope with a common constant, eq. (4) of Potapov and Galyaev."""
+) -> LinearFit:
+    """Least-squares slope with a common constant, eq. (4) of Potapov and Galyaev: the first one."""
     design = np.column_stack([thrust, np.ones_like(thrust)])
-    return slope_of(least_squares(design, acceleration, stretch, lags))
+    return least_squares(design, acceleration, stretch, lags)
 
 
 def reliability(thrust: FloatArray, thrust_noise: float) -> float:

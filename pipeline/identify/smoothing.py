@@ -1,19 +1,10 @@
 r"""Smoothing and derivatives, each with its bandwidth and the noise that it leaves.
 
-Both smoothers are linear filters of fixed length, so what they do to signal and noise is computed
-from their coefficients, not guessed. With coefficients d_j of the derivative, in 1/s, and white
-noise of standard deviation s,
-
-.. math:: s_{\dot y} = s \sqrt{\sum d_j^2}
-
-and the bandwidth is the frequency at which |D(f)| / (2 pi f) has fallen by 3 dB: up to there the
-derivative is one.
-
-- `moving_average`: the mean of an odd number of samples, then a central difference (Potapov and
-  Galyaev smooth so).
-- `local_polynomial`: the least-squares polynomial through the same number of samples, its value and
-  slope in the middle (Savitzky and Golay 1964, Anal. Chem. 36(8), 1627-1639). At equal bandwidth it
-  leaves less noise and bends the peaks less.
+Both smoothers are linear filters of fixed length: with coefficients d_j of the derivative, in 1/s,
+white noise of standard deviation s leaves :math:`s \sqrt{\sum d_j^2}`, and the bandwidth is the
+frequency at which |D(f)| / (2 pi f) has fallen by 3 dB. The moving average is that of Potapov and
+Galyaev; the local polynomial (Savitzky and Golay 1964, Anal. Chem. 36(8), 1627-1639) leaves less
+noise at equal bandwidth and bends the peaks less.
 """
 
 from dataclasses import dataclass
@@ -195,19 +186,12 @@ def _correlate(values: FloatArray, coefficients: FloatArray) -> FloatArray:
 
 def _three_decibels(derivative: FloatArray, period_s: float) -> float:
     """First frequency at which a slope has lost 3 dB; the Nyquist frequency if none."""
-    from scipy.optimize import brentq
-
     place = (np.arange(derivative.size) - (derivative.size - 1) / 2) * period_s
-
-    def excess(frequency: float) -> float:
-        turn = 2 * np.pi * frequency
-        gain = abs(np.sum(derivative * np.exp(1j * turn * place)))
-        return float(gain / turn - np.sqrt(0.5))
-
     nyquist = 0.5 / period_s
     grid = np.linspace(nyquist / 2000, nyquist, 2000)
-    below = np.array([excess(f) < 0 for f in grid])
-    if not below.any():
+    turn = 2 * np.pi * grid
+    excess = np.abs(np.exp(1j * np.outer(turn, place)) @ derivative) / turn - np.sqrt(0.5)
+    if (excess >= 0.0).all():
         return nyquist
-    first = int(np.argmax(below))
-    return float(brentq(excess, grid[first - 1], grid[first])) if first else float(grid[0])
+    first = max(int(np.argmax(excess < 0.0)), 1)
+    return float(np.interp(0.0, -excess[first - 1 : first + 1], grid[first - 1 : first + 1]))

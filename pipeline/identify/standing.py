@@ -1,20 +1,14 @@
 r"""Does a fitted parameter stand? Told by the runs, come to rest, and alike in halves of them.
 
-- *Told*: the runs leave less than `NOT_IDENTIFIED` of the prior's standard deviation.
-- *At rest*: the last step of the fit would have moved it by less than `AT_REST` of its standard
-  deviation, or the fit as a whole promised nothing more.
-- *Alike*: the runs (the windows of one run) are parted in two, and each half makes its own
-  estimate, one Gauss-Newton step from the joint one. With G = (I + P)^{-1} of each half, I its
-  information and P the prior, the two differ by chance with the covariance
+The runs (the windows of one run) are parted in two, and each half makes its own estimate, one
+Gauss-Newton step from the joint one. With G = (I + P)^{-1} of each half, I its information and P
+the prior, the two differ by chance with the covariance
 
-  .. math:: G_1 + G_2 - G_1 P G_2 - G_2 P G_1,
+.. math:: G_1 + G_2 - G_1 P G_2 - G_2 P G_1,
 
-  widened as the intervals are; beyond `APART` of its standard deviations they contradict each
-  other. Runs of another vehicle state (ballast, supply, a pilot's gain) or a model that lacks a
-  term do that.
-
-What stands is used. What does not is held at what the vehicle file says while the rest is fitted
-again, for the corrected file.
+widened as the intervals are. Runs of another vehicle state (ballast, supply, a pilot's gain) or a
+model that lacks a term make them contradict each other. What does not stand is held at what the
+vehicle file says while the rest is fitted again, for the corrected file.
 """
 
 from collections.abc import Sequence

@@ -9,7 +9,6 @@ the terms that the equation omits, over all samples, turns included.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,11 +16,9 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.slope_regression import (
     UNITS,
-    Slope,
     least_squares,
     plain_slope,
     reliability,
-    slope_of,
     usable_terms,
 )
 from pipeline.identify.smoothing import Method
@@ -115,10 +112,16 @@ def straight_line(
     mass = _dry_mass(packed, runs)
     slope = plain_slope(thrust[inside], acceleration[inside], stretch[inside], lags)
     share = reliability(thrust[inside], scatter)
-    freed = replace(slope, value=slope.value / share, std=slope.std / share)
+    value, ends = slope.coefficients[0], slope.ci95[0]
     plain = (
-        estimate("least squares", slope, mass, "jackknife over blocks"),
-        estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
+        estimate("least squares", value, ends, mass, "jackknife over blocks"),
+        estimate(
+            "least squares over reliability",
+            value / share,
+            ends / share,
+            mass,
+            f"reliability {share:.4f}",
+        ),
     )
     run_number = np.concatenate([np.full(s.thrust.size, k) for k, (s, _) in enumerate(found)])
     valid = np.concatenate([s.valid for s, _ in found])
@@ -167,16 +170,15 @@ def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:
     return float(np.average(masses, weights=seconds))
 
 
-def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:
-    """Turn a slope into a mass; the ends of the slope's interval become those of the mass.
+def estimate(name: str, slope: float, ends: FloatArray, mass: float, note: str) -> SlopeEstimate:
+    """Turn a slope into a mass; the ends (2,) of the slope's interval become those of the mass.
 
     A slope whose interval holds zero bounds no mass: acceleration need not follow the thrust.
     """
-    if slope.value == 0.0:
+    if slope == 0.0:
         raise CannotComputeError("acceleration does not follow the thrust at all: the slope is 0")
-    total = 1.0 / slope.value
-    half = slope.factor * slope.std
-    low, high = slope.value - half, slope.value + half
+    total = 1.0 / float(slope)
+    low, high = ends.tolist()
     ci95 = (1.0 / high - mass, 1.0 / low - mass) if low * high > 0.0 else None
     refused = ""
     if ci95 is not None and ci95[1] < 0.0:
@@ -186,7 +188,7 @@ def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:
         )
     return SlopeEstimate(
         estimator=name,
-        slope_per_kg=slope.value,
+        slope_per_kg=float(slope),
         total_mass_kg=total,
         added_mass_kg=total - mass,
         ci95_kg=None if refused else ci95,
@@ -221,7 +223,8 @@ def _with_terms(  # noqa: PLR0917 - one caller
         )
     )
     note = f"with {', '.join(used)}; all samples, turns included" if used else "no term is excited"
-    return estimate("least squares with the omitted terms", slope_of(found), mass, note), named
+    name, slope = "least squares with the omitted terms", found.coefficients[0]
+    return estimate(name, slope, found.ci95[0], mass, note), named
 
 
 def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> tuple[str, ...]:

@@ -87,9 +87,8 @@ def filtered_samples(
                 f"{run.name}: no {quantity.replace('_', ' ')} was measured, and the slope of "
                 "acceleration against thrust needs it; the whole-vehicle fit does without"
             )
-    rate = sensors.dvl.rate_hz if sensors.dvl is not None else 10.0
     place = np.array(sensors.dvl.position_m if sensors.dvl is not None else (0.0, 0.0, 0.0))
-    index = readings_of(run, "velocity", rate, fastest_hz=np.inf)
+    index = readings_of(run, "velocity", np.inf)
     omega = np.nan_to_num(run.values["angular_velocity"])
     origin = run.values["velocity"] - np.cross(omega, place)
     slot, period = _slots(run.time_s[index])

@@ -1,21 +1,10 @@
-r"""What the bench leaves uncertain of the thrust, as unknowns of the fit.
+"""What the bench leaves uncertain of the thrust, as unknowns of the fit.
 
-The vehicle file states one number, the standard uncertainty u of a thruster's thrust. It becomes
-
-- a factor 1 + u g_i for each thruster. Half of its variance is common to all thrusters of a
-  characteristic (one bench test, one fit), half is each thruster's own (one specimen against
-  another): corr(g_i, g_j) = 1/2, and 0 between thrusters of different characteristics;
-- where the file states a width of the thrust deduction, all factors share that, too: with s its
-  standard uncertainty the factor has the standard deviation sqrt(u^2 + s^2);
-- the shape of the characteristic T(N, V): at 0.1, 0.3 and 0.6 of the largest code, at rest and at
-  half its highest speed, it may be off by u / 4 of its largest thrust, straight between. Small
-  thrusts are where a bench is worst, and a factor cannot say so: 0.2 N is 0.5 % of 42 N and a fifth
-  of 1 N; what a speed takes off is computed from another test than the thrust at rest.
-
-Fitted beside the parameters with this prior, they are integrated out: the covariance of the
-parameters that is left is that of the joint posterior (nuisance parameters; Gelman et al. 2013,
-Bayesian Data Analysis, section 3.1). They are no result, as little else tells a thruster that
-pushes harder from a vehicle that is lighter.
+A factor for each thruster, of the standard uncertainty that the vehicle file states of thrust and
+thrust deduction, and the shape of each characteristic at knots of the code, at rest and at speed
+(docs/methods/identification.md). Small thrusts are where a bench is worst, and a factor cannot say
+so. Fitted beside the parameters with this prior, they are integrated out (nuisance parameters;
+Gelman et al. 2013, Bayesian Data Analysis, section 3.1).
 """
 
 from dataclasses import dataclass, replace

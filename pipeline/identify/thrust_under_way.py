@@ -1,14 +1,9 @@
 r"""What thrust measured in a flow corrects: the family of a sign at speed.
 
-An error of the inflow (wake, pitch, the carriage) changes the thrust by a share of n V, as K_T
-falls about straight with J. Where T rises with N^2 up to T_max at N_max that is what d codes more
-at every code give, less what they give by themselves:
-
 .. math:: T(N, V) = T_0(N + d, V) - T_{max} (d / N_{max})^2, \qquad d = d(V)
 
-Readings under way say d at each speed, by least squares. Between the speeds that were measured d
-runs straight, from zero at rest; beyond the last it goes on in proportion to speed. Where nothing
-is calculated T_0 is the row at rest, and d is all that the speed takes.
+Readings under way say d at each speed, by least squares (docs/methods/inverse.md). Where nothing is
+calculated T_0 is the row at rest, and d is all that the speed takes.
 """
 
 from collections.abc import Sequence

@@ -1,35 +1,14 @@
-r"""What one run says of the force of each thruster on each axis, by regression of its motion.
+"""What one run says of the force of each thruster on each axis, by regression of its motion.
 
-The equation of motion of an axis a, integrated over short intervals one after another, so that no
-derivative is formed (M mass matrix, h Coriolis terms, damping and restoring of the model along the
-measured motion, T_i the model's thrust of thruster i for its commands):
-
-.. math:: \frac{(M\,\Delta\nu)_a}{H} - \bar h_a
-          = \sum_i \beta_{ia} \bar T_i(t - \delta) + \text{what was known before} + e
-
-The file says beta_ia = b_ia, the lever of thruster i on axis a. *What was known before* is, each
-with a coefficient of its own: a constant, drag, the direction of down, products of velocities, and
-of the intervals before the left side and the thrust of every thruster. So a beta is the answer to
-what a thruster does *now* that nothing before told. A controller makes commands of disturbances:
-over many seconds a thrust that holds against one looks as if it did nothing, whatever the thruster
-gives; over one interval only the thrust can answer to itself. The price is that slow commands tell
-little.
-
-The delay delta of a run is the one of a grid at which the thrusts of now tell most. The first
-seconds take no part: controllers run, and their commands are logged, before the drives are armed.
-Rows far off what the rest says count less (Huber), and so do rows on which an answer would rest
-alone (Mallows). What correlation is left widens the covariance, direction by direction (blocks of
-`_BLOCK_S`, whose number gives the degrees of freedom).
-
-What comes out of an axis is not an estimate but its likelihood as far as it depends on beta:
-commands that always go together leave a direction without information, and whoever combines axes
-and runs loses nothing.
+The equation of motion of an axis, integrated over short intervals one after another, regressed on
+the model's thrust of each thruster beside what was known before (docs/methods/gains.md). What comes
+out of an axis is not an estimate but its likelihood as far as it depends on beta: commands that
+always go together leave a direction without information, and whoever combines axes and runs loses
+nothing.
 
 References
 ----------
-Sagara and Zhao 1990, Automatica 26(1), 63-74 (integrals on both sides of an equation in continuous
-time; Garnier, Mensler and Richard 2003, Int. J. Control 76, compare it with other such filters).
-Ljung 1999, System Identification, section 13.4 (direct method in closed loop).
+Sagara and Zhao 1990, Automatica 26(1), 63-74. Ljung 1999, System Identification, section 13.4.
 """
 
 from dataclasses import dataclass

@@ -264,15 +264,8 @@ def _settled(
         scale = found
     assert solution is not None  # noqa: S101 - the loop has run
     if rough > smallest_gain and not steps.used_up:
-        # the last step may have been so small that derivatives are as they were
-        same = solution.derivatives if solution.gain < smallest_gain else None
-        solution = solve(
-            solution.problem,
-            solution.point,
-            smallest_gain=smallest_gain,
-            most_steps=steps.next,
-            before_this=same,
-        )
+        more, point = solution.problem, solution.point
+        solution = solve(more, point, smallest_gain=smallest_gain, most_steps=steps.next)
         steps.taken += solution.iterations
     return solution
 

@@ -1,11 +1,7 @@
-r"""The supply voltage as the third argument of the family: T(N, V, U).
+"""The supply voltage as the third argument of the family: T(N, V, U).
 
 Every voltage that was moored has a family of its own (`thrust_family`). Between two of them T_max
-and the codes of equal shares of T_max run straight in U. At a fixed duty the shaft speed follows
-the balance of drive and propeller: the thrust would rise with U^2 if the drive lost nothing and
-with U if its current were limited; what was measured decides, and of the public T200 data the
-straight line is the better one. How far off it is the voltages tell that have neighbours on both
-sides: each is left out and interpolated, which is from twice as far as the family ever does.
+and the codes of equal shares of T_max run straight in U (docs/methods/inverse.md).
 """
 
 from itertools import pairwise

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.identify.black_box import fit_black_box
-from pipeline.identify.channel_noise import QUANTITIES
+from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise
 from pipeline.identify.corrected_file import (
     NOT_CORRECTED,
     as_filed,
@@ -22,10 +22,9 @@ from pipeline.identify.corrected_file import (
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
 from pipeline.identify.output_error import FitSolution
 from pipeline.identify.standing import deduction_found, thrust_found
-from pipeline.identify.unused_channels import notes_on_unused
 from pipeline.identify.vehicle_fit import VehicleFit, chained_windows, fit_for_file, fit_vehicle
 from pipeline.identify.window_prediction import prediction_quality
-from pipeline.identify.windows import cut
+from pipeline.identify.windows import SMALLEST_SHARE, cut, readings_of
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     ChannelNoiseFound,
@@ -214,7 +213,18 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: VehicleFit) -> 
             "and depth, and each window begins at the speed that the model had at its end before."
         )
     used = {rows.channel.quantity for rows in fit.solution.problem.stack.rows}
-    notes += notes_on_unused(runs, fit.channels, used)
+    unused = [
+        f"{one.quantity} ({_rate_hz(runs, one):.2g} Hz in these runs, {one.rate_hz:g} Hz expected)"
+        for one in fit.channels
+        if one.quantity not in used
+    ]
+    if unused:
+        notes.append(
+            f"Measured, but not used: {', '.join(unused)}. A window goes without a channel that "
+            f"has less than {100 * SMALLEST_SHARE:.0f} % of the readings that its rate promises: "
+            "state the sensor's true rate_hz under sensors: in vehicle.yaml, or see on the page of "
+            "the run when the sensor lost them."
+        )
     assumed = [c.quantity for c in fit.channels if not c.stated]
     if assumed:
         notes.append(
@@ -243,6 +253,13 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: VehicleFit) -> 
     if short:
         notes.append(f"Shorter than one window and used in part: {', '.join(short)}.")
     return tuple(notes)
+
+
+def _rate_hz(runs: Sequence[RunTable], channel: ChannelNoise) -> float:
+    """Count the readings a second of the runs that have a channel at all."""
+    own = [run for run in runs if channel.quantity in run.values]
+    count = sum(readings_of(run, channel.quantity, np.inf).size for run in own)
+    return count / max(sum(float(run.time_s[-1] - run.time_s[0]) for run in own), 1e-9)
 
 
 def _thrust_notes(packed: PackedVehicle, thrust: Sequence[ThrustFound]) -> tuple[str, ...]:

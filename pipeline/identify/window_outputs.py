@@ -17,7 +17,7 @@ from pipeline.physics.carried_body import cross_matrix
 from pipeline.records.run_table import down_axis
 from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.pieces import Alike, Pieces, alike_pieces, run_alike
+from pipeline.simulate.pieces import Pieces, run_pieces
 from pipeline.simulate.run import largest_step_s
 from pipeline.types import BoolArray, FloatArray, IntArray
 
@@ -93,7 +93,7 @@ class WindowStack:
 
     def of(self, packed: PackedVehicle) -> "WindowStack":
         """Return the same windows, with what is worked out of them, for other thrust curves."""
-        _ = self.pieces, self.alike, self.lines, self.outside
+        _ = self.pieces, self.lines, self.outside
         other = copy(self)
         other.__dict__["packed"] = packed
         return other
@@ -121,43 +121,17 @@ class WindowStack:
         windows = self.windows
         bounds = np.concatenate([[0], np.cumsum([len(w.command) for w in windows])])
         steps_s = np.array([w.step_s for w in windows])
-        return Pieces(np.concatenate([w.command for w in windows]), bounds, steps_s)
+        conditions = tuple(w.conditions for w in windows)
+        return Pieces(np.concatenate([w.command for w in windows]), bounds, steps_s, conditions)
 
     @cached_property
-    def alike(self) -> tuple[Alike, ...]:
-        """Windows by what is known of their runs."""
-        return alike_pieces(self.pieces, [w.conditions for w in self.windows])
-
-    @cached_property
-    def outside(self) -> FloatArray | None:
-        """Known force from outside at every step (steps, 6), the cables'; None without any."""
-        own = [w.outside for w in self.windows]
-        if all(one is None for one in own):
-            return None
+    def outside(self) -> FloatArray:
+        """Known force from outside at every step (steps, 6), the cables'."""
         return np.concatenate(
             [
-                np.zeros((len(w.command), 6)) if one is None else one
-                for w, one in zip(self.windows, own, strict=True)
+                np.zeros((len(w.command), 6)) if w.outside is None else w.outside
+                for w in self.windows
             ]
-        )
-
-    def flown(  # noqa: PLR0917 - what is flown, and by what
-        self,
-        layout: Pieces,
-        alike: tuple[Alike, ...],
-        vector: FloatArray,
-        starts: FloatArray,
-        forces: FloatArray | None = None,
-        method: int | None = None,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Predict windows, or pieces of them; arguments as of `run_alike`.
-
-        Each is under its known force, and `forces` (steps, 6) beside it [N, N m].
-        """
-        external = np.zeros((len(layout.commands), 6)) if forces is None else forces
-        external = external if self.outside is None else external + self.outside
-        return run_alike(
-            self.packed, layout, alike, vector, starts=starts, external=external, method=method
         )
 
     @property
@@ -265,7 +239,7 @@ def simulate_windows(
     A window whose simulation runs away holds NaN from its start.
     """
     pieces = stack.pieces
-    states, rates = stack.flown(pieces, stack.alike, vector, starts, method=RK4)
+    states, rates, _ = run_pieces(stack.packed, pieces, vector, starts, stack.outside, RK4)
     size = np.abs(states[:, 7:13]).max(axis=1)
     lost = ~(np.maximum.reduceat(size, pieces.first_row) <= _FASTEST)
     lost |= pieces.steps_s > largest_step_s(stack.packed, vector)
@@ -274,41 +248,16 @@ def simulate_windows(
     return states, rates
 
 
-def innovations(
-    stack: WindowStack, vector: FloatArray, starts: FloatArray, offsets: FloatArray | None = None
-) -> list[FloatArray]:
-    """Measured minus predicted, one (k, c) a channel in its unit; attitude as a body rotation.
-
-    Parameters
-    ----------
-    stack : WindowStack
-        Windows.
-    vector : ndarray
-        Parameter vector.
-    starts : ndarray, shape (windows, STATE)
-        First states.
-    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
-        Of angular velocity [rad/s], specific force [m/s^2] and depth [m]; zero otherwise.
-    """
+def innovations(stack: WindowStack, vector: FloatArray, starts: FloatArray) -> list[FloatArray]:
+    """Measured minus predicted, one (k, c) a channel in its unit; attitude as a body rotation."""
     state, rate = simulate_windows(stack, vector, starts)
     gravity = stack.packed.context.gravity_mps2
-    run_of = np.array([window.run for window in stack.windows])
-    found = []
-    for rows, lines in zip(stack.rows, stack.lines, strict=True):
-        found.append(innovation(rows, lines, state, rate, gravity))
-        if offsets is not None and rows.channel.quantity in OFFSETS:
-            columns = OFFSETS[rows.channel.quantity]
-            found[-1] = found[-1] - offsets[run_of[rows.window], columns]
-    return found
-
-
-def innovation(
-    rows: Rows, lines: Lines, state: FloatArray, rate: FloatArray, gravity: float
-) -> FloatArray:
-    """Measured minus predicted (k, c) of a channel; attitude as a body rotation."""
-    if rows.channel.quantity == "attitude":
-        return turn_between(lines.at(state[:, 3:7]), rows.measured)
-    return rows.measured - predicted_reading(rows.channel, lines, state, rate, gravity)
+    return [
+        turn_between(lines.at(state[:, 3:7]), rows.measured)
+        if rows.channel.quantity == "attitude"
+        else rows.measured - predicted_reading(rows.channel, lines, state, rate, gravity)
+        for rows, lines in zip(stack.rows, stack.lines, strict=True)
+    ]
 
 
 def lines_of(rows: Rows, stretch: IntArray) -> Lines:

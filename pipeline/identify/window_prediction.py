@@ -18,7 +18,6 @@ from pipeline.identify.output_error import solve
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import (
-    OFFSET_COUNT,
     OFFSETS,
     WindowStack,
     innovations,
@@ -47,13 +46,12 @@ def lead_starts(
     channels: Sequence[ChannelNoise],
     steps: Sequence[int],
     *,
-    offsets: FloatArray | None = None,
     threads: int = 2,
 ) -> FloatArray:
     """Estimate first states (windows, STATE) from leads of so many `steps`.
 
-    NaN where a lead shows none, or the model runs away in it. `offsets` (runs, OFFSET_COUNT) are
-    known ones. Windows of one run share the wander of its attitude.
+    NaN where a lead shows none, or the model runs away in it. Windows of one run share the wander
+    of its attitude.
     """
     leads = [one.lead(count) for one, count in zip(windows, steps, strict=True)]
     starts = np.full((len(windows), STATE), np.nan)
@@ -62,7 +60,7 @@ def lead_starts(
         batch = shown[at : at + _BATCH]
         # one window that runs away must not take its neighbours with it
         for part in (batch, *([k] for k in batch)):
-            found = _estimated(model, [leads[k] for k in part], channels, offsets, threads)
+            found = _estimated(model, [leads[k] for k in part], channels, threads)
             if found is not None:
                 starts[part] = found
                 if part is batch:
@@ -74,20 +72,10 @@ def _estimated(
     model: Model,
     leads: Sequence[Window],
     channels: Sequence[ChannelNoise],
-    offsets: FloatArray | None,
     threads: int,
 ) -> FloatArray | None:
     packed, vector = model
     stack = stack_windows(packed, leads, channels)
-    if offsets is not None:
-        run_of = np.array([one.run for one in leads])
-        rows = [
-            replace(one, measured=one.measured - offsets[run_of[one.window], OFFSETS[quantity]])
-            if (quantity := one.channel.quantity) in OFFSETS
-            else one
-            for one in stack.rows
-        ]
-        stack = replace(stack, rows=tuple(rows))
     shared = run_nuisance(stack, 1 + max(one.run for one in leads), offsets=False)
     problem = FitProblem(stack, (), vector, shared, threads)
     try:
@@ -127,14 +115,16 @@ def prediction_quality(
     kept = [w for w in windows if w.lead(_lead_of(w)).readings]
     if not kept:
         return ()
-    known = np.zeros((len(runs), OFFSET_COUNT)) if offsets is None else offsets
-    whole = stack_windows(next(iter(models.values()))[0], kept, channels)
+    packed = next(iter(models.values()))[0]
+    whole = stack_windows(packed, kept, channels)
+    clean = whole
+    if offsets is not None:
+        clean = stack_windows(packed, [_without(w, offsets[w.run]) for w in kept], channels)
     steps = [_lead_of(one) for one in kept]
     ends = whole.begins[:-1] + np.array(steps)
     later = [np.asarray(rows.sample > ends[rows.window]) for rows in whole.rows]
     errors = {
-        name: _errors(model, whole, channels, steps, known, threads)
-        for name, model in models.items()
+        name: _errors(model, clean, channels, steps, threads) for name, model in models.items()
     }
     errors["last_value"] = _held_errors(whole, later)
     errors["black_box"] = _black_box_errors(whole, runs, black_box)
@@ -154,6 +144,15 @@ def prediction_quality(
     )
 
 
+def _without(window: Window, offsets: FloatArray) -> Window:
+    """Take known offsets (OFFSET_COUNT,) off the readings of a window."""
+    readings = {
+        name: replace(own, values=own.values - offsets[OFFSETS[name]]) if name in OFFSETS else own
+        for name, own in window.readings.items()
+    }
+    return replace(window, readings=readings)
+
+
 def _lead_of(window: Window) -> int:
     return round(LEAD_SHARE * len(window.command))
 
@@ -169,19 +168,18 @@ def _rms(errors: FloatArray, *, whole: bool) -> float | None:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _errors(  # noqa: PLR0917 - one caller
+def _errors(
     model: Model,
     whole: WindowStack,
     channels: Sequence[ChannelNoise],
     steps: Sequence[int],
-    offsets: FloatArray,
     threads: int,
 ) -> list[FloatArray]:
     """Predict all of each window from its lead; NaN where that tells no start."""
-    starts = lead_starts(model, whole.windows, channels, steps, offsets=offsets, threads=threads)
+    starts = lead_starts(model, whole.windows, channels, steps, threads=threads)
     lost = np.asarray(~np.isfinite(starts).all(axis=1))
     starts[lost] = whole.starts[lost]
-    found = innovations(replace(whole, packed=model[0]), model[1], starts, offsets)
+    found = innovations(replace(whole, packed=model[0]), model[1], starts)
     for rows, errors in zip(whole.rows, found, strict=True):
         errors[lost[rows.window]] = np.nan
     return found

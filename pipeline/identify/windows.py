@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
 from pipeline.identify.manoeuvre_signals import stretches
-from pipeline.identify.position_speed import velocity_of_position
 from pipeline.records.run_table import AS_STATED, Conditions, RunTable
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
@@ -25,6 +24,8 @@ FASTEST_HZ = 12.5
 SMALLEST_SHARE = 0.3
 #: A last window with a lead may be this short beyond it. [s]
 SHORTEST_BEYOND_LEAD_S = 1.0
+#: A position surer than this shows a speed: over so long, and so many readings. [m], [s]
+SURE_M, SLOPE_S, SLOPE_READINGS = 0.05, 0.7, 5
 WINDOW_S = 8.0
 #: Without velocity, speed shows only in what it leads to: longer windows tell more of it.
 WINDOW_WITHOUT_VELOCITY_S = 20.0
@@ -151,8 +152,7 @@ def _cut_run(  # noqa: PLR0917 - one caller
     step = period * stride
     command = np.nan_to_num(run.values["command"])
     actuator = actuator_states(packed, command, period, vector=vector)[:-1]
-    picks = {c.quantity: readings_of(run, c.quantity, c.rate_hz) for c in channels}
-    going = velocity_of_position(run, channels)
+    picks = {c.quantity: readings_of(run, c.quantity) for c in channels}
     windows = []
     for begin, end in window_rows(run, *window_and_lead_s):
         readings = {}
@@ -166,7 +166,7 @@ def _cut_run(  # noqa: PLR0917 - one caller
                 )
         if not readings:
             continue
-        start, known = _start(run, begin, end, channels, going)
+        start, known = _start(run, begin, end, channels)
         start[BODY : BODY + actuator.shape[1]] = actuator[begin]
         windows.append(
             Window(
@@ -227,52 +227,36 @@ def window_rows(run: RunTable, window_s: float, lead_s: float = 0.0) -> list[tup
     return found
 
 
-def readings_of(
-    run: RunTable, quantity: str, rate_hz: float, fastest_hz: float = FASTEST_HZ
-) -> IntArray:
-    """Find the samples of a table that hold a reading of their own, thinned to `fastest_hz`.
-
-    Where the table does not mark its readings, one sample a period of the sensor is taken, at the
-    phase at which the interpolated channel bends most: that is where its readings are.
-    """
+def readings_of(run: RunTable, quantity: str, fastest_hz: float = FASTEST_HZ) -> IntArray:
+    """Find the samples of a table that hold a reading of their own, thinned to `fastest_hz`."""
     if quantity not in run.values:
         return np.zeros(0, int)
     valid = run.trusted(quantity)
-    period = run.period_s
-    if quantity in run.reading:
-        index = np.flatnonzero(valid & run.reading[quantity])
-    else:
-        stride = max(round(1.0 / (rate_hz * period)), 1)
-        bend = np.zeros(run.time_s.size)
-        bend[1:-1] = np.sum(np.diff(run.values[quantity], 2, axis=0) ** 2, axis=1)
-        bend[~valid] = 0.0
-        phase = int(np.argmax([bend[k::stride].sum() for k in range(stride)]))
-        index = np.arange(phase, run.time_s.size, stride)
-        index = index[valid[index]]
-    if not index.size:
-        return index
     kept, last = [], -np.inf
-    for i in index:
-        if run.time_s[i] - last >= 1.0 / fastest_hz - 0.25 * period:
+    for i in np.flatnonzero(valid & run.reading.get(quantity, valid)):
+        if run.time_s[i] - last >= 1.0 / fastest_hz - 0.25 * run.period_s:
             kept.append(i)
             last = run.time_s[i]
     return np.array(kept, int)
 
 
-def _start(
-    run: RunTable,
-    begin: int,
-    end: int,
-    channels: Sequence[ChannelNoise],
-    going: tuple[FloatArray, BoolArray] | None,
-) -> tuple[FloatArray, BoolArray]:
-    """Guess a window's first state from the first trusted sample of every channel.
+def _going_ned(run: RunTable, begin: int, end: int, rate_hz: float) -> FloatArray:
+    """Slope of the first positions of a window (3,); zero where one is missing. [m/s]."""
+    length_s = max(SLOPE_S, SLOPE_READINGS / rate_hz)
+    rows = np.arange(begin, min(begin + round(length_s / run.period_s), end) + 1)
+    if rows.size < 2 or "position" not in run.values or not run.trusted("position")[rows].all():
+        return np.zeros(3)
+    return np.asarray(np.polyfit(run.time_s[rows], run.values["position"][rows], 1)[0])
 
-    `going` is a velocity that the position shows; it is no measurement of its own.
-    """
+
+def _start(
+    run: RunTable, begin: int, end: int, channels: Sequence[ChannelNoise]
+) -> tuple[FloatArray, BoolArray]:
+    """Guess a window's first state from the first trusted sample of every channel."""
     state, known = np.zeros(STATE), np.zeros(6, bool)
     state[3] = 1.0
     place = {c.quantity: np.array(c.place_m) for c in channels}
+    sure = [c.rate_hz for c in channels if c.quantity == "position" and c.white <= SURE_M]
 
     def first(quantity: str) -> FloatArray | None:
         if quantity not in run.values:
@@ -294,8 +278,10 @@ def _start(
     if velocity is not None:
         state[7:10] = velocity - np.cross(state[10:13], place["velocity"])
         known[:3] = True
-    elif going is not None and going[1][begin : end + 1].any():
-        state[7:10] = going[0][begin + int(np.argmax(going[1][begin : end + 1]))]
+    elif sure and attitude is not None:
+        # no measurement of its own
+        turn = Rotation.from_quat(state[[4, 5, 6, 3]])
+        state[7:10] = turn.inv().apply(_going_ned(run, begin, end, sure[0]))
     if position is not None:
         state[0:3] = position
     if depth is not None:

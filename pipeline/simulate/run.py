@@ -9,8 +9,8 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, SEMI_IMPLICIT, STATE
-from pipeline.simulate.kernel_alone import lag_pieces, simulate_pieces
 from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pieces import Pieces, run_pieces
 from pipeline.types import FloatArray
 
 Method = Literal["rk4", "semi_implicit", "midpoint"]
@@ -138,25 +138,8 @@ def run(
     codes = checked_codes(packed, commands, p, dt_s, start_time_s=start_time_s, method=method)
     outside = np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float)
     begin = (initial_state() if start is None else np.array(start, float))[None]
-    late = np.empty((len(codes), 3, MOST_THRUSTERS))
-    whole, steps_s = np.array([0, len(codes)]), np.array([dt_s], float)
-    lag_pieces(p, begin, codes, whole, steps_s, late)
-    states = np.empty((len(codes) + 1, STATE))
-    accelerations = np.empty((len(codes) + 1, 6))
-    thrusts = np.empty((len(codes) + 1, MOST_THRUSTERS))
-    simulate_pieces(
-        p,
-        begin,
-        late,
-        outside,
-        whole,
-        steps_s,
-        _METHODS[method],
-        *packed.tables,
-        states,
-        accelerations,
-        thrusts,
-    )
+    whole = Pieces(codes, np.array([0, len(codes)]), np.array([dt_s], float))
+    states, accelerations, thrusts = run_pieces(packed, whole, p, begin, outside, _METHODS[method])
     if not np.isfinite(states[-1]).all():
         last = int(np.argmax(~np.isfinite(states).all(axis=1)))
         raise CannotComputeError(

@@ -19,7 +19,7 @@ from pipeline.identify.vehicle_parameters import free_parameters, vector_with
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.identify.window_derivatives import FitProblem, derivatives, moved_starts
 from pipeline.identify.window_outputs import _whitener, stack_windows
-from pipeline.identify.windows import cut, readings_of
+from pipeline.identify.windows import cut
 from pipeline.physics.parameters import read
 from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
 from pipeline.records.run_table import RunTable
@@ -204,12 +204,21 @@ def test_missing_channels_are_done_without(
 def test_readings_need_no_marks(
     packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
 ) -> None:
-    """A table that does not say which samples are readings: they are where it bends."""
+    """Of a table that does not say which samples are readings all are."""
     _, run = run_of_two
     found = identified(packed, sensors, [replace(run, reading={})])
     assert value(found, "added_mass_surge") == pytest.approx(8.0, rel=0.05)
-    depth_s = run.time_s[readings_of(replace(run, reading={}), "depth", 20.0, 20.0)]
-    assert np.median(np.diff(depth_s)) == pytest.approx(0.05, abs=0.011)
+
+
+def test_a_channel_slower_than_stated_is_named(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    _, run = run_of_two
+    slow = run.reading["velocity"] & (np.cumsum(run.reading["velocity"]) % 10 == 0)
+    found = identified(packed, sensors, [replace(run, reading={**run.reading, "velocity": slow})])
+    (note,) = (note for note in found.notes if note.startswith("Measured, but not used"))
+    assert "velocity (0.78 Hz in these runs, 8 Hz expected)" in note
+    assert "state the sensor's true rate_hz" in note
 
 
 def test_spikes_do_not_move_the_fit(

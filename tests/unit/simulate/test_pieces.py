@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.physics.parameters import write
-from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel import BODY, MIDPOINT, STATE
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pieces import Pieces, run_pieces
 from pipeline.simulate.run import run
@@ -41,7 +41,7 @@ def test_a_piece_knows_nothing_of_the_one_before(
     slots = {"lag": lags, "drive_dead": dead, "lag_dead_share": form[0], "lag_power": form[1]}
     packed = make_packed(**slots)
     pieces, starts, outside = cut()
-    states, rates = run_pieces(packed, pieces, packed.vector, starts, outside)
+    states, rates, _ = run_pieces(packed, pieces, packed.vector, starts, outside, MIDPOINT)
     for number, (first, end) in enumerate(pairwise(BOUNDS)):
         alone = run(
             packed,
