@@ -255,5 +255,6 @@ def _read_as(text: str, encoding: str) -> str:
 
 
 def _lower_cyrillic(text: str) -> int:
-    """Count the small Cyrillic letters; of words read in a wrong encoding few are."""
-    return sum("а" <= letter <= "я" for letter in text)
+    """Count the small Cyrillic letters of words; of those read in a wrong encoding few are."""
+    words = (word for word in _WORD.findall(text) if len(word) > 1)
+    return sum("а" <= letter <= "я" for word in words for letter in word)

@@ -24,7 +24,7 @@ from pipeline.ingest.pool_run_shafts import (
     shafts_too_slow,
     tips_too_fast,
 )
-from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
+from pipeline.ingest.pool_run_thrusters import moments_without_turning, thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.ingest.quantities import largest
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -72,6 +72,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
         yield from position_against_depth(run, table)
         yield from shafts_against_commands(run, table)
         yield from shafts_too_slow(run, table, vehicle)
+        yield from moments_without_turning(run, table, vehicle)
         yield from thrusters_against_rates(run, table, vehicle)
     except CannotComputeError as error:
         yield run.place.warning(

@@ -40,6 +40,9 @@ _OF_OWN_GAINS, _GAINS = 0.9, 2.0
 _LEAST_ASKED = 0.05
 #: Commands that are earlier or later leave this share of what is left; a drive lags by less. [s]
 _MOST_LEFT_LATE, _LAG_OF_DRIVES_S = 0.85, 0.6
+#: Share of all moments about the vertical that acts one way; a vehicle that turns no faster goes
+#: straight on [rad/s]; less of the largest moments says nothing.
+_ONE_WAY, _STRAIGHT_RADPS, _LEAST_OF_MOMENT = 0.7, 0.05, 0.2
 #: Axes in which rates may have been read.
 _OTHER_AXES = {
     "the roll rate is reversed": np.diag([-1.0, 1.0, 1.0]),
@@ -125,6 +128,34 @@ def thrusters_against_rates(run: PoolRun, table: RunTable, vehicle: Vehicle) -> 
         "",
         "Check the order of the thrusters in the log, their positions and directions, and the "
         "axes and the sign of the rates.",
+    )
+
+
+def moments_without_turning(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
+    """Say where the commands ask for a turn all the time, and the vehicle goes straight on."""
+    if not thrusters_of(run, "command") or "angular_velocity" not in table.values:
+        return
+    stated = {one.name: np.cross(one.position_m, one.direction)[2] for one in vehicle.thrusters}
+    arms = np.array([stated.get(name, 0.0) for name in table.thrusters])
+    code = np.nan_to_num(table.values["command"])
+    each = code * np.abs(code) * arms
+    size = np.abs(each).sum(axis=1)
+    rows = table.valid["command"] & table.valid["angular_velocity"]
+    rows &= size > _LEAST_OF_MOMENT * size.max(initial=0.0)
+    halves = np.array_split(np.flatnonzero(rows), 2)
+    if rows.sum() < _FEWEST_ROWS // 2 or (np.abs(arms) > 0.0).sum() < 2:
+        return
+    shares = [float(each[half].sum() / size[half].sum()) for half in halves]
+    turned = [abs(float(table.values["angular_velocity"][half, 2].mean())) for half in halves]
+    if (min(shares) < _ONE_WAY and max(shares) > -_ONE_WAY) or max(turned) > _STRAIGHT_RADPS:
+        return
+    yield run.place.warning(
+        f"the commands turn the vehicle one way all the time, by {100 * abs(sum(shares)) / 2:.0f} "
+        f"% of what their moments about the vertical are together, and it turns by "
+        f"{max(turned):.2g} rad/s: a thruster is reversed against the vehicle file, or its "
+        "direction or position is another.",
+        "",
+        "Check signs and order of the commands, and the directions in vehicle.yaml.",
     )
 
 

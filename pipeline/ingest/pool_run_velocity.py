@@ -31,6 +31,8 @@ _LEAST_RATIO = 0.5
 _LASTING = 0.5
 #: Of its size, the share of a velocity across the vehicle that no thruster makes.
 _MOST_ACROSS, _ACROSS_THRUST = 0.5, 0.2
+#: And of that which does not change sign. Less way is noise [m/s]; nearly all of a run.
+_MOST_STEADY, _UNDER_WAY_MPS, _MOST_OF_TIME = 0.2, 0.1, 0.95
 #: What velocities are compared with -> which of its components are.
 _COMPARED = (
     ("depth", "the rate of depth", slice(2, 3)),
@@ -70,8 +72,9 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
             found.append(is_down if what == "depth" else is_level)
     if not any("{" in said for said in found):  # none says what would agree
         said = meant_otherwise(run, table, readings, there, vehicle)
-        if not (said or found or thrusters_of(run, "command")):
+        if not (said or found):
             said = _across(table.values["velocity"][there], vehicle)
+            said = said or _against_push(run, table.values["velocity"], there, vehicle)
         found = [f"the velocity ({channel.topic}) {said}"] if said else found
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
     return [run.place.warning(what, remedy=remedy) for what in found]
@@ -171,14 +174,41 @@ def _across(velocity: FloatArray, vehicle: Vehicle) -> str:
     pushes = [abs(one.direction[1]) for one in vehicle.thrusters]
     if not pushes or max(pushes) > _ACROSS_THRUST or len(velocity) < _LEAST_ROWS:
         return ""
-    size = float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean()))
-    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / max(size, _LEAST_MPS)
-    if share < _MOST_ACROSS:
+    size = max(float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean())), _LEAST_MPS)
+    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / size
+    steady = [float(part.mean()) / size for part in np.array_split(velocity[:, 1], 3)]
+    if share < _MOST_ACROSS and not (
+        size > _UNDER_WAY_MPS
+        and abs(sum(np.sign(steady))) == 3
+        and min(map(abs, steady)) > _MOST_STEADY
+    ):
         return ""
     return (
         f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes sideways: the "
         "sensor is mounted turned (sensors: dvl: rotation_deg), its axes are others, or a current "
         "drives the vehicle."
+    )
+
+
+def _against_push(run: PoolRun, velocity: FloatArray, rows: BoolArray, vehicle: Vehicle) -> str:
+    """Say where a vehicle goes one way throughout, and its thrusters push the other."""
+    if not thrusters_of(run, "command"):
+        return ""
+    table = on_rows(run, _TABLE_HZ, "command")
+    direction = {one.name: one.direction for one in vehicle.thrusters}
+    arms = np.array([direction.get(name, (0.0, 0.0, 0.0))[:2] for name in table.thrusters])
+    code = np.nan_to_num(table.values["command"])
+    push = (code * np.abs(code)) @ arms
+    rows = (
+        rows & table.valid["command"] & (np.linalg.norm(velocity[:, :2], axis=1) > _UNDER_WAY_MPS)
+    )
+    along = (velocity[:, :2] * push).sum(axis=1)[rows]
+    if along.size < _LEAST_ROWS or (along < 0.0).mean() < _MOST_OF_TIME:
+        return ""
+    return (
+        f"is against the push of the thrusters in {100 * (along < 0.0).mean():.0f} % of the run: "
+        "its axes, or the signs of the commands or of the directions in the vehicle file, are "
+        "others, or a current drives the vehicle."
     )
 
 

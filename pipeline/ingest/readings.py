@@ -43,12 +43,16 @@ def readings_of(
     required = wanted.required
     if not block.columns.keys().isdisjoint(_COMMAND):  # a table that has commands has one a row
         required = tuple(dict.fromkeys((_COMMAND, *required)))
+    given_once, held = _given_once(block), dict[str, float]()
     for row, cells in block.rows():
         if row in headings:
+            held = {}
             continue
         commented = is_commented(cells)
         given = without_comment_mark(cells) if commented else cells
         values, faults = _row_numbers(block, row, given)
+        held |= {name: values[name] for name in given_once & values.keys()}
+        values |= {name: one for name, one in held.items() if values and name not in faults}
         # a code in merged cells goes on over the blank rows under a table
         is_bare = all(block.is_merged_over(row, quantity) for quantity in values)
         if is_bare and (commented or not is_spoilt(block, cells, faults)):
@@ -69,6 +73,21 @@ def readings_of(
     if next(block.rows(), None) is not None:  # else no row has the text that vehicle.yaml asks for
         problems += [*_faults(block, wanted, odd, empty, seen), *_marked_rows(block, marked)]
     return readings
+
+
+def _given_once(block: Block) -> set[str]:
+    """Return the commands that stand in the first of several rows each, blank in the others."""
+    found = set()
+    for name in block.columns.keys() & {*_COMMAND}:
+        others = [one for one in block.columns if one not in {*_COMMAND, *_WORDS}]
+        there = [
+            block.text(cells, name) is not None
+            for _, cells in block.rows()
+            if any(block.text(cells, one) is not None for one in others)
+        ]
+        if there and there[0] and 1 < sum(there) <= len(there) // 2:
+            found.add(name)
+    return found
 
 
 def _absent(

@@ -80,6 +80,7 @@ def test_what_a_sheet_shows_is_no_unit_of_speed(sheet: str, tmp_path: Path) -> N
         ("Load cell at 0.6 m, thruster at 0.3 m from the hinge", "Run"),
         ("Force over a double pulley", "Run"),
         ("Pair of thrusters", "Run"),
+        ("Thrust of the pair", "Run"),
         ("Bras de levier 0,6 m", "Run"),
         ("2 thrusters on the frame", "Run"),
         ("", "L1 (m)"),
@@ -371,3 +372,10 @@ def test_coefficients_that_no_screw_has(
     rows = rows_of("V (m/s);n (rps);T (N);Q (N m)", columns[0], np.full(8, 10.0), *columns[1:])
     record = read(tmp_path, "open_water", rows)
     assert words in said(record, "warning") + said(record, "error")
+
+
+def test_a_command_that_stands_in_the_first_of_its_rows(tmp_path: Path) -> None:
+    once = [code if at % 6 == 0 else None for at, code in enumerate(CODES)]
+    record = read(tmp_path, "load_test", rows_of("Code;rpm;Torque (N m)", once, SPEED, TORQUE))
+    assert [one.code for one in record.points] == list(CODES)
+    assert not said(record, "warning")

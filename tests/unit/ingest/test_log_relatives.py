@@ -313,9 +313,8 @@ def test_a_depth_in_feet_swings_more_than_is_felt(
 @pytest.mark.parametrize(
     "heads",
     [
-        "Время, с;Скорость X, м/с;Скорость Y, м/с;Скорость Z, м/с;"
-        "Крен, рад;Дифферент, рад;Курс, рад;Глубина, м\n",
-        "time [s];surge velocity;sway velocity;heave velocity;roll angle;pitch angle;yaw;tiefe\n",
+        "Время;Скорость X;Скорость Y;Скорость Z;Крен;Тангаж;Курс;Глубина, м\n",
+        "time [s];surge velocity;sway velocity;heave velocity;roll;pitch angle;yaw;tiefe\n",
     ],
 )
 def test_columns_in_other_words(heads: str, tmp_path: Path) -> None:

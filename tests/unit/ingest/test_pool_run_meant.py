@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from pipeline.ingest.pool_run import read_pool_run
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 
 HZ = 10.0
 TIMES = ticks(1200, HZ)
@@ -60,25 +60,29 @@ def motion(seed: int = 0) -> Motion:
 
 
 def warned(
-    path: Path, moved: Motion, velocity: FloatArray | None, logged: tuple[str, ...] = ALL
+    path: Path,
+    moved: Motion,
+    velocity: FloatArray | None,
+    logged: tuple[str, ...] = ALL,
+    times: IntArray = TIMES,
 ) -> str:
     """What is told of a log of commands, this velocity, and some of the other channels."""
     topics: list[Topic] = [
-        joints_topic("/thrusters/command", TIMES, [NAMES] * len(TIMES), moved.codes)
+        joints_topic("/thrusters/command", times, [NAMES] * len(times), moved.codes)
     ]
     if velocity is not None:
         named = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in velocity.tolist()]
-        topics.append(json_topic("/dvl", TIMES, named))
+        topics.append(json_topic("/dvl", times, named))
     if "attitude" in logged:
         turns = [{"orientation": vector(one)} for one in moved.turn.as_quat()]
-        topics.append(json_topic("/ahrs", TIMES, turns))
+        topics.append(json_topic("/ahrs", times, turns))
     if "rates" in logged:
-        topics.append(imu_topic(TIMES, moved.rate))
+        topics.append(imu_topic(times, moved.rate))
     if "position" in logged:
         places = [{"pose": {"position": vector(one)}} for one in moved.place]
-        topics.append(json_topic("/pose", TIMES, places))
+        topics.append(json_topic("/pose", times, places))
     if "depth" in logged:
-        topics.append(json_topic("/depth", TIMES, [{"depth": one} for one in moved.place[:, 2]]))
+        topics.append(json_topic("/depth", times, [{"depth": one} for one in moved.place[:, 2]]))
     run = read_pool_run(write_log(path / "run.mcap", topics), rov(), path)
     return "\n".join(one.what for one in run.problems if one.severity == "warning")
 
@@ -187,3 +191,36 @@ def test_a_vehicle_that_drifts_in_a_current_is_not_suspected(
 ) -> None:
     moved = hovering(1, current_mps)
     assert "contradicts the motion" not in warned(tmp_path, moved, moved.velocity, logged)
+
+
+STEADY = np.arange(0.0, 40.0, 1.0 / HZ)
+AHEAD = np.stack([np.full(STEADY.size, 60.0)] * 2 + [np.zeros(STEADY.size)] * 2, axis=1)
+
+
+def steady(path: Path, codes: FloatArray, velocity: list[float]) -> str:
+    """What is told of a run at one speed, straight on: nothing but signs and directions tell."""
+    swing = 0.01 * np.sin(0.8 * STEADY)[:, None]
+    moved = Motion(
+        codes,
+        np.array(velocity) + swing,
+        0.1 * swing * [1.0, 1.0, 1.0],
+        Rotation.from_euler("z", np.full((STEADY.size, 1), 0.3)),
+        np.zeros((STEADY.size, 3)),
+    )
+    return warned(path, moved, moved.velocity, ("attitude", "rates"), ticks(STEADY.size, HZ))
+
+
+@pytest.mark.parametrize(
+    ("signs", "velocity", "words"),
+    [
+        ([1, 1], [0.3, 0.0, 0.0], ""),
+        ([-1, -1], [0.3, 0.0, 0.0], "is against the push of the thrusters"),
+        ([1, -1], [0.3, 0.0, 0.0], "turn the vehicle one way all the time"),
+    ],
+)
+def test_a_steady_run_against_its_commands(
+    signs: list[int], velocity: list[float], words: str, tmp_path: Path
+) -> None:
+    said = steady(tmp_path, AHEAD * [*signs, 1, 1], velocity)
+    assert words in said
+    assert bool(words) == ("push of the thrusters" in said or "one way" in said)
