@@ -1,6 +1,7 @@
 """One way to decode for each encoding of a log's messages; protobuf by google.protobuf."""
 
 import json
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +29,7 @@ _WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", 
 #: A message of one type as dictionaries, lists, numbers and texts.
 Tree = dict[str, Any]
 _LANGUAGES = {"cdr": ("ros2msg", "ros2idl", "omgidl"), "ros1": ("ros1msg",)}
+_NUMBER = re.compile(r"\s*[+-]?\d+\.\d*(?:[eE][+-]?\d+)?\s*")
 _ZSTD = b"\x28\xb5\x2f\xfd"
 #: A message that was compressed by itself unpacks to no more.
 _MAX_UNPACKED_BYTES = 4_000_000
@@ -292,4 +294,6 @@ def numbers_below(tree: Any, path: Path) -> list[Path]:  # noqa: ANN401  as abov
             for number in range(min(len(value), 10_000))
             for found in numbers_below(tree, (*path, number))
         ]
+    if isinstance(value, str):  # some programs write numbers as texts
+        return [path] if _NUMBER.fullmatch(value) else []
     return [path] if isinstance(value, int | float) else []

@@ -151,7 +151,7 @@ def resample(
     names = run.thrusters or tuple(dict.fromkeys(every))
     for quantity in wanted:
         if quantity == "velocity" and quantity not in by_quantity:
-            parts = [_placed(by_quantity[name][0], begin_ns, time_s) for name in _TURNED]
+            parts = [placed_on(by_quantity[name][0], begin_ns, time_s) for name in _TURNED]
             there = parts[0][1] & parts[1][1]
             values[quantity] = into_body(parts[0][0], parts[1][0])
             valid[quantity], reading[quantity] = there, parts[0][2] & there
@@ -163,7 +163,7 @@ def resample(
             placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s, step_s=step_s)
             notes += said
         else:
-            placed = _placed(channels[0], begin_ns, time_s)
+            placed = placed_on(channels[0], begin_ns, time_s)
             read = kept_readings(channels[0], begin_ns)
             off = OffRow.of(time_s, placed[0], *read) if off_rows else None
             if off is not None:
@@ -239,7 +239,7 @@ def _time_base(run: PoolRun, rate_hz: float) -> FloatArray:
     return np.arange(count) / rate_hz
 
 
-def _placed(
+def placed_on(
     channel: RunChannel, begin_ns: int, time_s: FloatArray, step_s: float = 0.0
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,).
@@ -276,14 +276,14 @@ def _of_thrusters(
     *,
     step_s: float,
 ) -> tuple[tuple[FloatArray, BoolArray, BoolArray], list[str]]:
-    """Put the channels of a quantity together, a column for each name; as `_placed`."""
+    """Put the channels of a quantity together, a column for each name; as `placed_on`."""
     empty = 0.0 if quantity == "command" else np.nan
     values = np.full((time_s.size, len(names)), empty)
     valid = np.ones(time_s.size, np.bool_)
     reading = np.zeros(time_s.size, np.bool_)
     missing = dict.fromkeys(names)
     for channel in channels:
-        new, there, nearest = _placed(channel, begin_ns, time_s, step_s)
+        new, there, nearest = placed_on(channel, begin_ns, time_s, step_s)
         valid &= there
         reading |= nearest
         for column, name in zip(new.T, channel.columns, strict=True):

@@ -29,6 +29,8 @@ _MOST_TRIES = 30
 _FIRST_MESSAGES = 20
 #: And so many where a field is null in all of them.
 _FIRST_OF_JSON = 2_000
+#: And so many where they hold no number at all.
+_FIRST_WITHOUT_NUMBERS = 300
 #: The record by which rig2sea's own logs are known.
 _OWN_RECORD = "rig2sea.log"
 
@@ -125,15 +127,22 @@ class _Probes:
                 return
             self._tried[number] = self._tried.get(number, 0) + 1
             self._decode(number, block.data[begin : begin + size].tobytes())
-            known = self.found.get(number)
-            if known is not None and (
-                not is_json or (self._tried[number] >= _FIRST_MESSAGES and not _lacks(known))
+            if number in self.found and (
+                not is_json or (self._tried[number] >= _FIRST_MESSAGES and not self._lacks(number))
             ):
                 break
-        known = self.found.get(number)
-        most = _MOST_TRIES if known is None else _FIRST_OF_JSON
-        if (known is not None and not _lacks(known)) or self._tried[number] >= most:
+        most = _FIRST_OF_JSON if number in self.found else _MOST_TRIES
+        done = number in self.found and not (is_json and self._lacks(number))
+        if done or self._tried[number] >= most:
             self._wanted.discard(number)
+
+    def _lacks(self, number: int) -> bool:
+        """Tell whether a field has been null so far, or there has been no number, for a while."""
+        probe = self.found[number]
+        is_bare = self._tried[number] < _FIRST_WITHOUT_NUMBERS and not any(
+            numbers_below(probe, (name,)) for name in probe
+        )
+        return is_bare or _lacks(probe)
 
     def _decode(self, number: int, data: bytes) -> None:
         if is_packed(data) and not self._codecs[number].packed:

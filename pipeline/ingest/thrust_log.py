@@ -8,16 +8,14 @@ import numpy as np
 from pipeline.errors import CannotComputeError, InputError, Place
 from pipeline.ingest.cells import Row, Sheet
 from pipeline.ingest.pool_run import read_pool_run
-from pipeline.ingest.pool_run_resample import kept_readings, resample, thrusters_of
-from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.ingest.pool_run_resample import placed_on, resample, thrusters_of
+from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 #: Rows of a table, at most, and in a second: steps of a command are held for seconds.
 _MOST_ROWS, _RATE_HZ = 50_000, 10.0
-#: Nothing is made up further than this from a reading. [s]
-_NEAR_S = 0.3
 #: A vehicle without a velocity that is moored stays within this. [m]
 _MOORED_WITHIN_M = 0.5
 _THRUST = "thrust_n."
@@ -61,10 +59,10 @@ def read_thrust_log(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet,
         code = table.values["command"][:, table.thrusters.index(name)]
         if not np.nan_to_num(code).any():  # it was never told to turn
             continue
-        thrust_n, there = _placed(channel, at, run.start_time_ns, table.time_s)
+        thrust_n = placed_on(channel, run.start_time_ns, table.time_s)[0][:, at]
         columns = [table.time_s, code, thrust_n]
         head = ["time_s", "code", "thrust_n"]
-        there &= table.valid["command"]
+        there = table.valid["command"] & np.isfinite(thrust_n)
         if moves is not None:
             nu, known = moves
             columns.append(nu @ _twist(vehicle, name))
@@ -128,22 +126,6 @@ def _twist(vehicle: Vehicle, name: str) -> FloatArray:
         return np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     moment = np.cross(one.position_m, one.direction)
     return np.asarray(np.concatenate([one.direction, moment]))
-
-
-def _placed(
-    channel: RunChannel, at: int, begin_ns: int, time_s: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Interpolate one column at times (m,) [s]; say where a reading is near."""
-    source_s, readings = kept_readings(channel, begin_ns)
-    kept = np.isfinite(readings[:, at])
-    source_s, values = source_s[kept], readings[kept, at]
-    if not source_s.size:
-        return np.zeros(time_s.size), np.zeros(time_s.size, np.bool_)
-    after = np.clip(np.searchsorted(source_s, time_s), 1, max(source_s.size - 1, 1))
-    near = np.minimum(
-        np.abs(time_s - source_s[after - 1]), np.abs(time_s - source_s[after % source_s.size])
-    )
-    return np.interp(time_s, source_s, values), near <= _NEAR_S
 
 
 def _sheet(file: str, name: str, head: tuple[str, ...], rows: FloatArray) -> Sheet:

@@ -353,3 +353,12 @@ def test_a_share_whose_rest_is_not_seen(lowest: float, told: bool, tmp_path: Pat
     rows = rows_of(T, share, share, DEPTH)
     run = table(tmp_path, f"time [s],command_port,command_starboard,depth\n{rows}")
     assert ("its rest is not seen" in said(run)) is told
+
+
+@pytest.mark.parametrize("empty", [{}, {"state": "init"}])
+def test_a_field_that_comes_late_and_numbers_written_as_texts(
+    empty: dict[str, str], tmp_path: Path
+) -> None:
+    late = [{"depth": f"{one:.5f}"} if at > 100 else empty for at, one in enumerate(DEPTH)]
+    run = read(tmp_path, [imu_topic(TIMES, 0.1 * EULER), json_topic("/depth", TIMES, late)])
+    np.testing.assert_allclose(run.channels["depth"].values[101:, 0], DEPTH[101:], atol=1e-5)
