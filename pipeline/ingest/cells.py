@@ -32,9 +32,9 @@ _NUMBER = re.compile(
     re.VERBOSE,
 )
 _SIGN_BEHIND = re.compile(r"\d[\d ]*(?:[.,]\d+)?-")
-#: A number with a sign of a remark or in brackets.
+#: A number with a sign of a remark, in brackets, or with a short word.
 _SPOILT = re.compile(
-    r"[^\w\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|[A-Za-zА-Яа-я]{0,3})"
+    r"[^A-Za-zА-Яа-я0-9\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|\(?[A-Za-zА-Яа-я]{0,8}\)?)"
 )
 
 
@@ -254,6 +254,8 @@ def are_spoilt(cells: Sequence[Cell]) -> bool:
 
     >>> are_spoilt(["-120*", "(22.0)"]), are_spoilt(["code 5", "1/min"]), are_spoilt(["Run", "12"])
     (True, False, False)
+    >>> are_spoilt(["-120 (est)", "_22 N"])
+    True
     """
     return len(cells) > 1 and all(
         isinstance(cell, str) and _SPOILT.fullmatch(cell.strip()) is not None for cell in cells

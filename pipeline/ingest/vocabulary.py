@@ -13,6 +13,9 @@ _PUNCTUATION = re.compile(r"[^\w%°]+|_")
 _GROUPS = (re.compile(r"\[([^\[\]]*)\]"), re.compile(r"\(([^()]*)\)"), re.compile(r"\{([^{}]*)\}"))
 _IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
 _LONGEST_HEADER = 150
+#: Letters without a width, and signs of the width of a Chinese letter.
+_UNSEEN = re.compile("[\u00ad\u200b-\u200f\u2060\ufeff]")
+_WIDE = str.maketrans("（）［］，：", "()[],:")
 _PREFERRED = 15
 _LESS = 30
 _BY_UNIT = 20
@@ -119,7 +122,7 @@ def plain(text: str) -> str:
     >>> plain("  Output_Torque: "), plain("Код  управления")
     ('output torque', 'код управления')
     """
-    text = unicodedata.normalize("NFKC", text).casefold().replace("ё", "е")
+    text = _UNSEEN.sub("", unicodedata.normalize("NFKC", text)).casefold().replace("ё", "е")
     text = _PUNCTUATION.sub(" ", text).strip()
     return " ".join(fold_lookalikes(word) for word in text.split())
 
@@ -147,7 +150,7 @@ def split_header(text: str) -> tuple[HeaderText, ...]:
     >>> split_header("Output Torque")
     (HeaderText(name='Output Torque', unit=None, odd_unit=None),)
     """
-    text = " ".join(text.lstrip("#").split())
+    text = " ".join(text.translate(_WIDE).lstrip("#").split())
     if len(text) > _LONGEST_HEADER:
         return (HeaderText(text),)
     return _split_brackets(text) or _split_comma(text) or _split_words(text)

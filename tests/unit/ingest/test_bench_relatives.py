@@ -322,6 +322,7 @@ def test_a_current_tells_a_torque_in_another_unit(
         ("Sygnał sterujący;Ciąg [N]", CODE),
         ("控制码;推力(N)", CODE),
         ("Signal;Weight (kg)", CODE),
+        ("Co\u200bde;Thrust\uff08N\uff09", CODE),
     ],
 )
 def test_a_command_in_other_words(head: str, command: object, tmp_path: Path) -> None:
