@@ -22,8 +22,9 @@ from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-#: About half a minute: of one sine several orders of thrusters may make the like.
-_FEWEST_ROWS = 580
+#: In less than half a minute several orders of thrusters may make the like of one sine: then those
+#: as stated must explain next to nothing, and others so much; ten seconds say nothing.
+_FEWEST_ROWS, _SHORT_ROWS, _LEFT_IN_SHORT, _EXPLAINED_IN_SHORT = 200, 580, 0.9, 0.25
 #: The explained share of the angular acceleration must be at least this to speak of thrusters.
 _LEAST_EXPLAINED = 0.15
 #: Without an attitude the righting by gravity is left in it; a wrong order may seem to explain it.
@@ -90,6 +91,10 @@ def thrusters_against_rates(run: PoolRun, table: RunTable, vehicle: Vehicle) -> 
     )
     own, *others = _meanings(found, arms, sums)
     least = _LEAST_EXPLAINED if knows_down else _LEAST_WITHOUT_ATTITUDE
+    if len(found.effort) < _SHORT_ROWS:
+        least = max(least, _EXPLAINED_IN_SHORT)
+        if own.left[0] < _LEFT_IN_SHORT:
+            return
     better = sorted(
         (
             one
@@ -143,7 +148,7 @@ def moments_without_turning(run: PoolRun, table: RunTable, vehicle: Vehicle) -> 
     rows = table.valid["command"] & table.valid["angular_velocity"]
     rows &= size > _LEAST_OF_MOMENT * size.max(initial=0.0)
     halves = np.array_split(np.flatnonzero(rows), 2)
-    if rows.sum() < _FEWEST_ROWS // 2 or (np.abs(arms) > 0.0).sum() < 2:
+    if rows.sum() < _FEWEST_ROWS or (np.abs(arms) > 0.0).sum() < 2:
         return
     shares = [float(each[half].sum() / size[half].sum()) for half in halves]
     turned = [abs(float(table.values["angular_velocity"][half, 2].mean())) for half in halves]

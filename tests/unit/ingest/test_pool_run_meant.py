@@ -224,3 +224,18 @@ def test_a_steady_run_against_its_commands(
     said = steady(tmp_path, AHEAD * [*signs, 1, 1], velocity)
     assert words in said
     assert bool(words) == ("push of the thrusters" in said or "one way" in said)
+
+
+@pytest.mark.parametrize("signs", [[1, 1, 1, 1], [1, -1, 1, 1]])
+@pytest.mark.parametrize("seed", [0, 1, 3, 6])
+def test_a_reversed_thruster_in_a_short_run(seed: int, signs: list[int], tmp_path: Path) -> None:
+    rows, whole = slice(0, 200), motion(seed)
+    moved = Motion(
+        whole.codes[rows] * signs,
+        whole.velocity[rows],
+        whole.rate[rows],
+        whole.turn[rows],
+        whole.place[rows],
+    )
+    said = warned(tmp_path, moved, None, ("attitude", "rates"), TIMES[rows])
+    assert ("starboard is reversed" in said) == (signs != [1, 1, 1, 1])
