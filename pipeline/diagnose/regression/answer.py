@@ -10,14 +10,13 @@ from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import beside_disturbance
 from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.grid import GridRun, on_grids
-from pipeline.diagnose.regression.known import Learned, Reference
+from pipeline.diagnose.regression.grid import GridRun, all_at, on_grids
+from pipeline.diagnose.regression.known import Learned, Reference, ToldRun
 from pipeline.diagnose.regression.next_run import next_run
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.shrink import shrink_of
 from pipeline.diagnose.regression.sizes import sizes
-from pipeline.diagnose.regression.taken import all_at, with_sizes
-from pipeline.diagnose.regression.told import Told
+from pipeline.diagnose.regression.taken import with_sizes
 from pipeline.diagnose.regression.weigh import (
     Change,
     pooled,
@@ -75,8 +74,8 @@ def against(
     judged = _held_out(known, held)
     rows = tuple(_ranked(one, known.directions, judged) for one in ranking[:_SHOWN])
     rows += _never(rows, known.directions)
-    gap, left = gap_and_leftover(case, known, runs, said.first if named else None)
-    carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
+    gap, left = gap_and_leftover(case, known.best, runs, said.first if named else None)
+    carrying = tuple(runs[k].run.name for k in said.first.runs) if named else ()
     text = sentence(said.names, said.first.probability, said.ambiguous, rows, left)
     text = _with_runs(text, case, carrying, rows, named=named, by_file=known.by_file)
     shrink, series = shrink_of(case, known, said, runs, held, named=named)
@@ -104,7 +103,7 @@ def against(
         ),
         ranking=rows,
         shrink=shrink,
-        confusable=_confusable(found.told, ranking, known),
+        confusable=_confusable(runs, ranking, known),
         next_run=next_run(case, known, ranking, said, found.sizes),
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
@@ -120,13 +119,12 @@ class Weighed:
     """All changes, weighed on all grids; the most probable first.
 
     `known` has the changes that are taken at their `sizes` as directions of their own. `runs` are
-    the asked ones on the grid that predicts best, `told` what they say there.
+    the asked ones on the grid that predicts best.
     """
 
     known: Reference
     sizes: Mapping[int, float]
-    runs: Sequence[GridRun]
-    told: Sequence[Told]
+    runs: Sequence[ToldRun]
     ranking: tuple[Change, ...]
 
 
@@ -145,25 +143,25 @@ def weighed_on_all(
         A thruster that is dead by its gains.
     """
     more, sizes = with_sizes(known, asked, gained)
-    runs = [all_at(grids, known.directions, sizes) for grids in asked]
-    weighings = [
-        _weighed_on(more.directions, learned, grids, gained)
-        for learned, grids in zip(more.grids, zip(*runs, strict=True), strict=True)
+    grids = zip(*(all_at(one, known.directions, sizes) for one in asked), strict=True)
+    runs = [learned.told_runs(on_grid) for learned, on_grid in zip(more.grids, grids, strict=True)]
+    rankings = [
+        _weighed_on(more.directions, learned, on_grid, gained)
+        for learned, on_grid in zip(more.grids, runs, strict=True)
     ]
-    ranking = pooled([ranking for _, ranking in weighings])
-    return Weighed(more, sizes, [grids[0] for grids in runs], weighings[0][0], ranking)
+    return Weighed(more, sizes, runs[0], pooled(rankings))
 
 
 def _weighed_on(
     directions: Sequence[Coordinate],
     learned: Learned,
-    runs: Sequence[GridRun],
+    runs: Sequence[ToldRun],
     gained: Sequence[Gained],
-) -> tuple[list[Told], tuple[Change, ...]]:
+) -> tuple[Change, ...]:
     """Weigh all changes on one grid."""
-    told = learned.told(runs)
+    told = [one.told for one in runs]
     ranking = weighed(told, directions, learned.ordinary, gained, learned.sound)
-    return told, beside_disturbance(learned, runs, told, ranking)
+    return beside_disturbance(learned, runs, ranking)
 
 
 def _asked(case: Case, known: Reference, run: RunTable) -> list[GridRun]:
@@ -274,10 +272,10 @@ def _with_runs(
 
 
 def _confusable(
-    told: Sequence[Told], ranking: Sequence[Change], known: Reference
+    runs: Sequence[ToldRun], ranking: Sequence[Change], known: Reference
 ) -> tuple[tuple[str, str, float], ...]:
     """Effects whose signatures are nearly parallel, among the most probable."""
-    information = np.sum([one.information for one in told], axis=0)
+    information = np.sum([one.told.information for one in runs], axis=0)
     single = [one for one in ranking if one.which and "+" not in one.name][:_SHOWN]
     found: dict[tuple[str, str], float] = {}
     for n, one in enumerate(single):
@@ -293,7 +291,7 @@ def _confusable(
 
 
 def _evidence(
-    case: Case, known: Reference, runs: Sequence[GridRun], ranking: Sequence[Change]
+    case: Case, known: Reference, runs: Sequence[ToldRun], ranking: Sequence[Change]
 ) -> Evidence:
     noise = {}
     for c, name in enumerate(known.best.response.channels):
@@ -303,11 +301,11 @@ def _evidence(
             lag1=float(np.mean(left[1:] * left[:-1]) / max(float(np.mean(left**2)), 1e-12)),
             widened_by=float(known.best.trusted**-0.5),
         )
-    seconds = sum(float(run.time_s[-1]) for run in runs)
+    seconds = sum(float(one.run.time_s[-1]) for one in runs)
     return Evidence(
         windows=max(round(seconds / STRETCH_S), 1),
         window_s=STRETCH_S,
-        readings=sum(run.velocity.size for run in runs),
+        readings=sum(one.run.velocity.size for one in runs),
         linearisations=1,
         force_scale=1.0,
         noise=noise,

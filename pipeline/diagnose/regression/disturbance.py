@@ -11,16 +11,13 @@ healthy vehicle's noise is it states, and from one measured run to the next nobo
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 from scipy.special import logsumexp
 
-from pipeline.diagnose.regression.grid import GridRun
-from pipeline.diagnose.regression.known import Learned
+from pipeline.diagnose.regression.known import Learned, ToldRun
 from pipeline.diagnose.regression.sizes import INEXACT
-from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import Change, with_disturbance
 from pipeline.records.diagnosis import UNKNOWN
 from pipeline.types import FloatArray
@@ -44,7 +41,7 @@ _STAND_OUT = np.array([0.001, 0.003, 0.01, 0.03, 0.1, 0.3])
 
 
 def beside_disturbance(
-    learned: Learned, runs: Sequence[GridRun], told: Sequence[Told], ranking: Sequence[Change]
+    learned: Learned, runs: Sequence[ToldRun], ranking: Sequence[Change]
 ) -> tuple[Change, ...]:
     """Weigh that a force comes and goes beside each change that is plausible, or alone.
 
@@ -54,36 +51,29 @@ def beside_disturbance(
     ----------
     learned : Learned
         What is known of the vehicle on one grid.
-    runs, told
-        The runs that are asked, and what they say.
+    runs : sequence of ToldRun
+        The runs that are asked.
     ranking : sequence of Change
         All hypotheses.
     """
-    response, ordinary = learned.response, learned.ordinary
+    response, count = learned.response, learned.ordinary.width.size
 
     def left_of(
-        run: GridRun, own: Told, change: FloatArray, left_out: int | None = None
+        run: ToldRun, change: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Variance of what is left between blocks, within them, and of what the change did."""
-        few = replace(ordinary, width=ordinary.width[: own.thrust.size])
-        _, first, left = response.after(run, change + few.of(own, change), left_out=left_out)
+        _, first, left = learned.after(run, change)
         did, _ = block_powers(response.filtered(first - left), response.period_s)
         return (*block_powers(response.filtered(left), response.period_s), did)
 
-    usual = [
-        left_of(one.run, one.told, np.zeros(one.told.thrust.size), one.left_out)
-        for one in learned.usual
-    ]
+    usual = [left_of(one) for one in learned.usual]
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = np.zeros(ordinary.width.size)
+        changed = np.zeros(count)
         changed[list(one.which)] = one.mean
-        asked = [
-            left_of(run, own, changed if k in one.runs else np.zeros_like(changed))
-            for k, (run, own) in enumerate(zip(runs, told, strict=True))
-        ]
+        asked = [left_of(run, changed if k in one.runs else None) for k, run in enumerate(runs)]
         odds[one.name] = log_odds(*([a / b for a, b, _ in own] for own in (usual, asked)))
         if learned.by_file:
             size = np.exp(np.nanmean([np.log(a) for a, _, _ in usual], axis=0))

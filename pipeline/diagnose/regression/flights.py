@@ -15,11 +15,10 @@ import numpy as np
 from pipeline.diagnose.coordinates import Coordinate, specs_at
 from pipeline.effects.library import apply_effects
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
-from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import usual_step_s
 from pipeline.simulate.log_table import table_of_log
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import initial_state
 from pipeline.simulate.run import run as simulate
 from pipeline.simulate.sensors import measure
@@ -145,15 +144,13 @@ def _start(run: RunTable) -> FloatArray:
 def usual_force(packed: PackedVehicle) -> FloatArray:
     """Outside force and moment (6,) of a healthy vehicle: a share of one thruster's largest thrust.
 
-    Moments have the rms lever of the thrusters. [N, N m]
+    It acts as far from the centre as the vehicle's mass does: moments have its radii of gyration as
+    levers, with the water that moves along. [N, N m]
     """
-    count = len(packed.thruster_names)
-    place = read(packed.vector, "thruster_position")[:count]
     largest = max(float(packed.thrust_tables[:, :, 0].max()), 1e-3)
-    arm = np.sqrt(np.mean(place**2, axis=0)) if count else np.zeros(3)
-    lever = np.array([np.hypot(arm[1], arm[2]), np.hypot(arm[0], arm[2]), np.hypot(arm[0], arm[1])])
-    lever = np.maximum(lever, 0.3 * max(float(lever.max()), 1e-2))
-    return np.asarray(_FORCE_SHARE * largest * np.concatenate([np.ones(3), lever]))
+    mass = np.diag(mass_of(packed.vector))
+    lever_m = np.sqrt(mass[3:] / np.mean(mass[:3]))
+    return np.asarray(_FORCE_SHARE * largest * np.concatenate([np.ones(3), lever_m]))
 
 
 def _outside(count: int, step_s: float, random: np.random.Generator) -> FloatArray:

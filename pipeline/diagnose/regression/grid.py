@@ -41,7 +41,7 @@ PERIODS_S = (1 / 10, 1 / 5, 1 / 4, 1 / 3, 1 / 2)
 _STEP = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridRun:
     """A run at times `period_s` apart.
 
@@ -74,6 +74,20 @@ class GridRun:
     late: Mapping[int, FloatArray] = field(default_factory=dict)
     taken: Mapping[int, float] = field(default_factory=dict)
     claimed: "_Claimed | None" = field(default=None, repr=False)
+    base: "GridRun | None" = field(default=None, repr=False)
+
+    @property
+    def added(self) -> "GridRun":
+        """The run with the directions alone that its base has not."""
+        count = 0 if self.base is None else self.base.more.shape[1]
+        return replace(
+            self,
+            more=self.more[:, count:],
+            heavier=self.heavier[count:],
+            misread=self.misread[count:],
+            late={k - count: one for k, one in self.late.items() if k >= count},
+            taken={k - count: one for k, one in self.taken.items()},
+        )
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
@@ -162,35 +176,53 @@ def _gridded(
     )
 
 
-def beside_taken(
-    grid: GridRun, directions: Sequence[Coordinate], sizes: Mapping[int, float]
-) -> GridRun:
+def all_at(
+    grids: Sequence[GridRun], directions: Sequence[Coordinate], sizes: Mapping[int, float]
+) -> list[GridRun]:
     """Add some directions (by their places) once more, taken at sizes (in their units).
 
     What is ordinary is small, and stays as it was taken; a change that is asked for need not be.
+
+    Parameters
+    ----------
+    grids : sequence of GridRun
+        One run on some grids, or several runs.
+    directions, sizes
+        The directions of the runs, and at which sizes some of them are added.
     """
-    claimed = grid.claimed
-    assert claimed is not None  # noqa: S101 - of `on_grids`
+    if not sizes:
+        return list(grids)
+    known: dict[int, list[_Departure]] = {}
+    found = []
+    for grid in grids:
+        claimed = grid.claimed
+        assert claimed is not None  # noqa: S101 - of `on_grids`
+        if id(claimed) not in known:
+            known[id(claimed)] = [claimed.departure(directions[k], sizes[k]) for k in sizes]
+        found.append(_beside(grid, claimed, known[id(claimed)], sizes))
+    return found
+
+
+def _beside(
+    grid: GridRun,
+    claimed: "_Claimed",
+    departures: Sequence["_Departure"],
+    sizes: Mapping[int, float],
+) -> GridRun:
     _, rows = _rows_of(claimed.run, grid.period_s, claimed.row_s)
-    count, own = len(directions), list(sizes)
-    places = [*range(count), *own]
-    more, heavier, misread = grid.more[:, places], grid.heavier[places], grid.misread[places]
-    late = dict(grid.late)
-    for k, (which, size) in enumerate(sizes.items(), start=count):
-        one = claimed.departure(directions[which], size)
-        more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
-        if one.slip is not None:
-            late[k] = one.slip[rows]
-    beside = tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside)
-    taken = dict(enumerate(sizes.values(), start=count))
+    count = grid.more.shape[1]
+    places = [*range(count), *sizes]
+    more = [_mean(one.wrench, rows)[:, None] for one in departures]
+    late = {k: one.slip[rows] for k, one in enumerate(departures, count) if one.slip is not None}
     return replace(
         grid,
-        more=more,
-        heavier=heavier,
-        misread=misread,
-        late=late,
-        taken=taken,
-        beside=beside,
+        more=np.concatenate([grid.more, *more], axis=1),
+        heavier=np.concatenate([grid.heavier, [one.mass for one in departures]]),
+        misread=np.concatenate([grid.misread, [one.misread for one in departures]]),
+        late={**grid.late, **late},
+        taken=dict(enumerate(sizes.values(), start=count)),
+        beside=tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside),
+        base=grid,
     )
 
 

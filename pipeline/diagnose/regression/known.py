@@ -25,7 +25,8 @@ from pipeline.diagnose.regression.offset import (
     without_offset,
 )
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, share_as_claimed
-from pipeline.diagnose.regression.response import BENT, STIFF, Response
+from pipeline.diagnose.regression.response import Response
+from pipeline.diagnose.regression.ridge import BENT, STIFF
 from pipeline.diagnose.regression.signatures import stays
 from pipeline.diagnose.regression.told import Told
 from pipeline.effects.effect import AXES
@@ -33,7 +34,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.measured.completed import completed
 from pipeline.records.reference import Prediction, Width
 from pipeline.records.run_table import RunTable
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 #: Sound runs without which nothing is known of how much runs differ.
@@ -45,15 +46,15 @@ _OTHERWISE = "the sound runs were not measured as these were"
 
 
 @dataclass(frozen=True)
-class Usual:
-    """A run that shows what is ordinary, and what it says when it took no part.
+class ToldRun:
+    """A run, and what it says when it took no part.
 
     `left_out` is its place among the runs of the response, if it is one of them.
     """
 
     run: GridRun
     told: Told
-    left_out: int | None
+    left_out: int | None = None
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,39 @@ class Learned:
     response: Response
     offset: Offset
     ordinary: Ordinary
-    usual: tuple[Usual, ...]
+    usual: tuple[ToldRun, ...]
     sound: tuple[Told, ...]
     error: float
 
     def told(self, runs: Sequence[GridRun]) -> list[Told]:
         """Return what runs that are weighed together say of the directions."""
         return [self.offset.removed(self.response.told(run), len(runs)) for run in runs]
+
+    def told_runs(self, runs: Sequence[GridRun]) -> list[ToldRun]:
+        """Return runs with what they say of the directions; see `told`."""
+        return [ToldRun(run, one) for run, one in zip(runs, self.told(runs), strict=True)]
+
+    def after(
+        self, one: ToldRun, change: FloatArray | None = None
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Predict the next velocities of a run that differs by what is ordinary.
+
+        Parameters
+        ----------
+        one : ToldRun
+            The run.
+        change : ndarray, shape (d,), optional
+            Size of each direction, beside what is ordinary.
+
+        Returns
+        -------
+        tuple of ndarray
+            Rows of the grid (k,); remainders (k, c) of the bare response, and with all of it.
+        """
+        count = one.told.thrust.size
+        own = np.zeros(count) if change is None else change[:count]
+        few = replace(self.ordinary, width=self.ordinary.width[:count])
+        return self.response.after(one.run, own + few.of(one.told, own), left_out=one.left_out)
 
     @property
     def by_file(self) -> bool:
@@ -188,7 +215,9 @@ def _on_grid(
     share = ordinary_of(sound, directions, stated).share
     alone = without_offset(sound, share)
     ordinary = ordinary_of(alone, directions, stated)
-    usual = tuple(Usual(run, one, k) for k, (run, one) in enumerate(zip(runs, alone, strict=True)))
+    usual = tuple(
+        ToldRun(run, one, k) for k, (run, one) in enumerate(zip(runs, alone, strict=True))
+    )
     return Learned(
         tried[best], offset_of(sound, share), ordinary, usual, tuple(alone), errors[best]
     )
@@ -242,7 +271,7 @@ def _of_file(
     offset = offset_of(told, share_as_claimed(told, width))
     alone = without_offset(told, offset.share)
     found = Learned(response, offset, Ordinary(width, share_as_claimed(alone, width)), (), (), 0.0)
-    usual = tuple(Usual(one, found.told([one])[0], None) for one in others)
+    usual = tuple(found.told_runs([one])[0] for one in others)
     # one that was measured otherwise says nothing of these channels
     alike = [one for one in sound if one.channels == response.channels]
     return replace(found, usual=usual, sound=tuple(found.told([one])[0] for one in alike))

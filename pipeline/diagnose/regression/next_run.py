@@ -6,10 +6,9 @@ import numpy as np
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.regression.decide import Said, effects_of
-from pipeline.diagnose.regression.grid import on_grids
+from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
-from pipeline.diagnose.regression.taken import all_at
 from pipeline.diagnose.regression.weigh import Change
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import NONE, UNKNOWN, NextRun

@@ -1,76 +1,62 @@
-"""How a vehicle answers to force, learned from its sound runs by regression.
+"""How a vehicle answers to force, learned from its sound runs, and what other runs say of it.
 
-Of each velocity that was measured the next value is regressed on the values now and before, their
-squares and products, the direction of gravity, and the wrench of the thrusters in each of the last
-periods (ridge). How far a force along its own axis moves it the vehicle file knows to a share,
-which counts where sound runs had little of that force. What remains is autocorrelated and grows
-with how hard a run is flown: it is filtered by an autoregression and weighed by its size in blocks.
-Each run is predicted from the others; its remainder, seen along the signature of each direction,
-tells how much healthy runs differ.
+What a run leaves, seen along the signature of each direction, tells how much it differs. It is kept
+as long as the run is: a change is added to what is known at one size after the other.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
-from pipeline.diagnose.regression.signatures import FORCES, Rows, by_force, features, stays
+from pipeline.diagnose.regression.ridge import Fit, Ridge
+from pipeline.diagnose.regression.signatures import Rows, features, stays
 from pipeline.diagnose.regression.told import BESIDE, Told
 from pipeline.types import FloatArray, IntArray
 
-#: Coefficients of the filter.
-FILTER = 3
-#: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
-#: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
-_RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
-#: Share by which the file is off in the gain of force along its own axis, and in its course.
-_GAIN_OFF, _COURSE_OFF = 0.3, 0.5
-#: Blocks of noise, and readings that the mean noise of a run is worth in each.
-_BLOCK_S, _RUN_COUNTS = 4.0, 10.0
-#: Rounds of regression, filter and weights.
-_ROUNDS = 3
-BENT = (100.0, 10_000.0, 1_000_000.0)
-#: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
-STIFF = 1e7
 #: Size, in units, at which an error of the DVL is taken that has none of its own.
 _SLIGHTLY = 0.1
-#: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
-_MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 
 
 @dataclass(frozen=True)
-class _Fit:
-    """Slopes (f, c) on scaled features, and their covariances (c, f, f)."""
+class _White:
+    """One channel, filtered and over its noise.
 
-    slope: FloatArray
-    covariance: FloatArray
-
-
-class Response:
-    """The learned response of a vehicle.
-
-    Parameters
-    ----------
-    runs : sequence of GridRun
-        Sound runs with the same channels.
-    bent : float
-        Times the ridge for squares and products; see `BENT`.
-    mean : callable, optional
-        The next velocities that the regression starts from; they stay as they are without it.
-    stiff : float
-        Times the ridge of all but the constant; see `STIFF`.
-    file : callable, optional
-        The next velocities by the vehicle file, from which the gain of force is expected.
-
-    Attributes
-    ----------
-    runs : tuple of GridRun
-        Those that it was learned from.
-    remainders : list of ndarray
-        Of each run (k, c) what the others do not predict.
+    Directions (k, d), features (k, f), remainder (k,), features times directions (f, d), and what
+    the features are told to (f, f).
     """
+
+    directions: FloatArray
+    features: FloatArray
+    rest: FloatArray
+    across: FloatArray
+    inner: FloatArray
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A run beside what is predicted of it.
+
+    `left` (k, c) is what is not predicted, `gained` (k, c) what velocities are predicted to gain
+    over a period, `signature` (k, d, c) the change of the next velocities by a unit of each
+    direction, `told` what follows of them.
+    """
+
+    rows: Rows
+    predicted: FloatArray
+    gained: FloatArray
+    left: FloatArray
+    noise: FloatArray
+    white: tuple[_White, ...]
+    signature: FloatArray
+    told: Told
+
+
+class Response(Ridge):
+    """The learned response of a vehicle; see `Ridge` for its parameters."""
 
     def __init__(
         self,
@@ -81,237 +67,21 @@ class Response:
         *,
         stiff: float = 1.0,
     ) -> None:
-        self.runs = tuple(runs)
-        self._bent, self._mean, self._stiff = bent, mean, stiff
-        self.channels = runs[0].channels
-        self.period_s = runs[0].period_s
-        self._sets = [Rows(run, mean) for run in runs]
-        self._states = self._sets[0].features.shape[1] - 6 * FORCES
-        own = np.array([[a in _MOVED_BY[name] for name in self.channels] for a in range(6)])
-        self._own_axes = np.tile(own, (FORCES, 1))
-        self._force = np.zeros((6 * FORCES, len(self.channels)))
-        self._force[:6] = by_force(self._sets)
-        as_file = self._sets if file is mean else [Rows(run, file) for run in runs if file]
-        self._expected = None if file is None else by_force(as_file)
-        self._scale_features()
-        scaled = [self._scaled(one) for one in self._sets]
-        spread = np.concatenate([one.next - one.mean for one in self._sets]).var(axis=0)
-        noise = [np.broadcast_to(spread + 1e-12, one.next.shape) for one in self._sets]
-        self._filter = np.zeros((len(self.channels), FILTER))
-        for _ in range(_ROUNDS):
-            self._fit(scaled, noise)
-            self._fit_filter()
-            noise = [self._noise(one) for one in self.remainders]
-
-    def _scale_features(self) -> None:
-        every = np.concatenate([one.features for one in self._sets])
-        self._middle = np.zeros(every.shape[1])
-        self._middle[1 : self._states] = every[:, 1 : self._states].mean(axis=0)
-        size = np.sqrt(np.mean((every - self._middle) ** 2, axis=0))
-        self._scale = np.where(size > 1e-9, 1.0 / np.maximum(size, 1e-9), 0.0)
-
-    def _scaled(self, one: Rows) -> FloatArray:
-        return np.asarray((one.features - self._middle) * self._scale)
-
-    def _ridge(self, channel: int) -> FloatArray:
-        states = self._states
-        found = np.full(self._scale.size, _RIDGE)
-        other = np.ones(6, bool)
-        other[list(_MOVED_BY[self.channels[channel]])] = False
-        linear = 1 + 2 * len(self.channels)
-        found[linear : states - 3] *= self._bent
-        found[states:] *= np.where(np.tile(other, FORCES), _OTHER_AXES, 1.0)
-        found[[0, 1 + channel]] = _FREE
-        found[1:] *= self._stiff
-        return found
-
-    def _before(self, channel: int) -> tuple[FloatArray, FloatArray]:
-        """Slopes (f,) and their precision (f, f) before any run was seen."""
-        slope, precision = np.zeros(self._scale.size), np.diag(self._ridge(channel))
-        axis = CHANNELS.index(self.channels[channel])
-        gain = 0.0 if self._expected is None else float(self._expected[axis, channel])
-        own = self._states + axis + 6 * np.arange(FORCES)
-        scale = self._scale[own]
-        if gain == 0.0 or not scale.all():
-            return slope, precision
-        even = np.full((FORCES, FORCES), 1.0 / FORCES)
-        off = _GAIN_OFF**2 / FORCES * even + _COURSE_OFF**2 * (np.eye(FORCES) - even)
-        certain = self._stiff * np.linalg.inv(gain**2 * off)
-        precision[np.ix_(own, own)] = scale[:, None] * certain * scale
-        slope[own[0]] = (gain - self._force[axis, channel]) / scale[0]
-        return slope, precision
-
-    def _fit(self, scaled: Sequence[FloatArray], noise: Sequence[FloatArray]) -> None:
-        """Regress with each run left out, and with all."""
-        count, width = len(self._sets), self._scale.size
-        slopes = np.zeros((count + 1, width, len(self.channels)))
-        spreads = np.zeros((count + 1, len(self.channels), width, width))
-        for c in range(len(self.channels)):
-            squares, products = [], []
-            for one, x, own in zip(self._sets, scaled, noise, strict=True):
-                both = self._whitened(np.column_stack([x, (one.next - one.mean)[:, c]]), c, own)
-                squares.append(both[:, :-1].T @ both[:, :-1])
-                products.append(both[:, :-1].T @ both[:, -1])
-            before, ridge = self._before(c)
-            square, product = sum(squares), sum(products) + ridge @ before
-            for left in range(count + 1):
-                out = (squares[left], products[left]) if left < count else (0.0, 0.0)
-                spreads[left, c] = np.linalg.inv(square - out[0] + ridge)
-                slopes[left, :, c] = spreads[left, c] @ (product - out[1])
-        self._left_out = [_Fit(slopes[k], spreads[k]) for k in range(count)]
-        self._of_all = _Fit(slopes[-1], spreads[-1])
-        self.remainders = [
-            one.next - one.mean - x @ fit.slope
-            for one, x, fit in zip(self._sets, scaled, self._left_out, strict=True)
-        ]
-
-    def _fit_filter(self) -> None:
-        for c in range(len(self.channels)):
-            left, right = 1e-6 * np.eye(FILTER), np.zeros(FILTER)
-            for one in self.remainders:
-                own = one[:, c] / max(float(one[:, c].std()), 1e-12)
-                past = np.stack([own[FILTER - 1 - k : len(own) - 1 - k] for k in range(FILTER)], 1)
-                left, right = left + past.T @ past, right + past.T @ own[FILTER:]
-            self._filter[c] = np.linalg.solve(left, right)
-
-    def _filtered(self, values: FloatArray, channel: int) -> FloatArray:
-        found = values.copy()
-        for back, share in enumerate(self._filter[channel], start=1):
-            found[back:] -= share * values[:-back]
-        return found
-
-    def filtered(self, remainder: FloatArray) -> FloatArray:
-        """Return remainders (k, c) without what the readings before tell of them."""
-        return np.stack([self._filtered(one, c) for c, one in enumerate(remainder.T)], axis=1)
-
-    def _whitened(self, values: FloatArray, channel: int, noise: FloatArray) -> FloatArray:
-        return np.asarray(self._filtered(values, channel) / np.sqrt(noise[:, channel, None]))
-
-    def _noise(self, remainder: FloatArray) -> FloatArray:
-        """Variance (k, c) of what is left, by blocks that lean on the whole run."""
-        left = self.filtered(remainder)
-        length = max(round(_BLOCK_S / self.period_s), 1)
-        block = np.minimum(np.arange(len(left)) // length, max(len(left) // length, 1) - 1)
-        count = np.bincount(block)[:, None]
-        sums = np.stack([np.bincount(block, one) for one in np.square(left).T], axis=1)
-        whole = np.mean(np.square(left), axis=0)
-        return np.asarray(
-            np.maximum((_RUN_COUNTS * whole + sums) / (_RUN_COUNTS + count), 1e-12)[block]
-        )
-
-    def whitened_of_sound(self, channel: int) -> FloatArray:
-        """Return what sound runs leave of a channel, filtered and over its noise."""
-        own = [one[:, channel : channel + 1] for one in self.remainders]
-        noise = [self._noise(one) for one in self.remainders]
-        white = [self._whitened(a, channel, b) for a, b in zip(own, noise, strict=True)]
-        return np.concatenate(white)[:, 0]
+        super().__init__(runs, bent, mean, file, stiff=stiff)
+        self._known: WeakKeyDictionary[GridRun, dict[int | None, _Seen]] = WeakKeyDictionary()
 
     def told_of_sound(self) -> list[Told]:
         """Return what each sound run says of the directions when the others predict it."""
-        return [self._told(one, fit) for one, fit in zip(self._sets, self._left_out, strict=True)]
+        return [self._seen(run, k).told for k, run in enumerate(self.runs)]
 
     def told(self, run: GridRun) -> Told:
         """Return what a run that took no part says of the directions."""
-        return self._told(Rows(run, self._mean), self._of_all)
+        return self._seen(run).told
 
     def would_tell(self, run: GridRun) -> Told:
         """Return what a run that was not flown yet would say, with the noise of the sound ones."""
         usual = np.mean([np.mean(self._noise(one), axis=0) for one in self.remainders], axis=0)
-        return self._told(Rows(run, self._mean), self._of_all, usual)
-
-    def _told(self, one: Rows, fit: _Fit, usual: FloatArray | None = None) -> Told:
-        """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
-        x = self._scaled(one)
-        remainder, signature = self._remainder(one, fit)
-        noise = self._noise(remainder)
-        if usual is not None:
-            noise = np.broadcast_to(usual, remainder.shape)
-        count, channels = signature.shape[1], len(self.channels)
-        every = channels + BESIDE
-        information, score = np.zeros((every, count, count)), np.zeros((every, count))
-        for k, (own, slope) in enumerate(one.run.beside, start=channels):
-            information[k], score[k] = own, slope
-        for c in range(channels):
-            columns = np.column_stack([signature[:, :, c], x, remainder[:, c]])
-            white = self._whitened(columns, c, noise)
-            s, f, rest = white[:, :count], white[:, count:-1], white[:, -1]
-            inner = np.linalg.inv(np.linalg.inv(fit.covariance[c]) + f.T @ f)
-            across = s.T @ f @ inner
-            information[c] = s.T @ s - across @ (f.T @ s)
-            score[c] = s.T @ rest - across @ (f.T @ rest)
-        wrench = one.run.wrench
-        power = np.mean(wrench**2, axis=0)
-        moved = power > max(1e-6 * float(power.max()), 1e-12)
-        along = np.mean(one.run.more * wrench[:, None], axis=0)[:, moved] / power[moved]
-        thrust = along.sum(axis=1) / max(int(moved.sum()), 1)
-        return Told(information, score, thrust)
-
-    def _remainder(self, one: Rows, fit: _Fit) -> tuple[FloatArray, FloatArray]:
-        """Take the prediction off the next velocities (k, c), and give the signatures (k, d, c).
-
-        Noise of a reading now stands in what is predicted from it, and in what that leaves: in slow
-        runs all vehicles would seem lighter. Where accelerations tell the course, the signatures
-        are of that.
-        """
-        predicted, now = one.mean + self._scaled(one) @ fit.slope, one.now
-        gained, course = predicted - now, one.run.course
-        if course is not None:
-            now, before = course[one.rows - 1], course[one.rows - 2]
-            gained = self._next(fit, (now, before), one.run, one.rows) - now
-        found = one.signatures(self._learned_force(fit.slope), gained)
-        found[:, list(one.run.late), 3:] = 0.0
-        return one.next - predicted, found + self._misread(one, fit)
-
-    def _misread(self, one: Rows, fit: _Fit) -> FloatArray:
-        """Change (k, d, c) of what is read of a unit: next, less what follows of it now and before.
-
-            E x(t + T) - [f(x(t), x(t - T)) - f(x(t) - E x(t), x(t - T) - E x(t - T))]
-
-        with x velocities and rates. Velocities are what is predicted from those now: their noise
-        then takes itself off, while that of readings to come would pass for motion. An error of
-        the mount turns a fast vehicle's speed into a drift whose drag is not in proportion to it:
-        it is taken at its size.
-        """
-        run, rows = one.run, one.rows
-        found = np.zeros((rows.size, len(run.misread), len(self.channels)))
-        own = {*np.flatnonzero(np.any(run.misread, axis=(1, 2))).tolist(), *run.late}
-        if not own or self.channels != CHANNELS:
-            return found
-        states = [run.velocity[rows - 2], one.now]
-        ahead = self._next(fit, (states[1], states[0]), run, rows)
-        to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
-        # what it does to moments is small beside what is not known of them
-        for k in own:
-            size = run.taken.get(k, _SLIGHTLY)
-            slip = run.late.get(k, np.zeros((len(run.velocity), 3)))
-            before, now, later = (
-                state @ run.misread[k].T + slip[at]
-                for state, at in zip((*states, to_come), (rows - 2, rows - 1, rows), strict=True)
-            )
-            true = [
-                np.hstack([state[:, :3] - size * wrong, state[:, 3:]])
-                for state, wrong in zip(states, (before, now), strict=True)
-            ]
-            follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
-            found[:, k, :3] = later - follows[:, :3] / size
-        return found
-
-    @property
-    def force(self) -> FloatArray:
-        """Change of the next velocities by a newton, of all runs; see `force_of`."""
-        return self.force_of(self._of_all.slope)
-
-    def force_of(self, slope: FloatArray) -> FloatArray:
-        """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods.
-
-        Along the axes that move them: what was learned along others is noise, and what a change
-        seems to do there would be taken for information.
-        """
-        return self._force + self._learned_force(slope)
-
-    def _learned_force(self, slope: FloatArray) -> FloatArray:
-        learned = slope[self._states :] * self._scale[self._states :, None]
-        return np.where(self._own_axes, learned, 0.0)
+        return self._see(run, None, usual).told
 
     def after(
         self, run: GridRun, changed: FloatArray, *, left_out: int | None = None
@@ -332,12 +102,10 @@ class Response:
         tuple of ndarray
             Rows of the grid (k,), remainders without and with the change (k, c).
         """
-        one = Rows(run, self._mean)
-        fit = self._of_all if left_out is None else self._left_out[left_out]
-        left, signature = self._remainder(one, fit)
+        seen = self._seen(run, left_out)
         # a sound run has not the directions of changes that were asked of others
-        own = changed[: signature.shape[1]]
-        return one.rows, left, left - np.einsum("kdc,d->kc", signature, own)
+        own = changed[: seen.signature.shape[1]]
+        return seen.rows.rows, seen.left, seen.left - np.einsum("kdc,d->kc", seen.signature, own)
 
     def next_of(
         self, left_out: int | None, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
@@ -355,12 +123,154 @@ class Response:
         rows : ndarray, shape (k,)
             Rows of it that are predicted.
         """
-        fit = self._of_all if left_out is None else self._left_out[left_out]
-        return self._next(fit, velocity, run, rows)
+        return self._next(self._fit_of(left_out), velocity, run, rows)
+
+    @property
+    def force(self) -> FloatArray:
+        """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods.
+
+        Along the axes that move them: what was learned along others is noise, and what a change
+        seems to do there would be taken for information.
+        """
+        return self._force + self._learned_force(self._of_all.slope)
+
+    def _fit_of(self, left_out: int | None) -> Fit:
+        return self._of_all if left_out is None else self._left_out[left_out]
+
+    def _seen(self, run: GridRun, left_out: int | None = None) -> _Seen:
+        own = self._known.setdefault(run, {})
+        if left_out not in own:
+            own[left_out] = self._see(run, left_out)
+        return own[left_out]
+
+    def _see(self, run: GridRun, left_out: int | None, usual: FloatArray | None = None) -> _Seen:
+        """Weigh what a run leaves along its directions, with its own noise or the `usual` (c,)."""
+        fit = self._fit_of(left_out)
+        if run.base is not None:
+            base = self._seen(run.base, left_out) if usual is None else None
+            return self._with(base or self._see(run.base, left_out, usual), run.added, run, fit)
+        one = Rows(run, self._mean)
+        x = self._scaled(one)
+        predicted = one.mean + x @ fit.slope
+        left = one.next - predicted
+        noise = self._noise(left) if usual is None else np.broadcast_to(usual, left.shape)
+        every = len(self.channels) + BESIDE
+        none = np.zeros((every, 0, 0)), np.zeros((every, 0)), np.zeros(0)
+        bare = _Seen(
+            rows=one,
+            predicted=predicted,
+            gained=self._gained(one, fit, predicted),
+            left=left,
+            noise=noise,
+            white=tuple(self._white(c, fit, x, left, noise) for c in range(len(self.channels))),
+            signature=np.zeros((len(left), 0, left.shape[1])),
+            told=Told(*none),
+        )
+        return self._with(bare, run, run, fit)
+
+    def _gained(self, one: Rows, fit: Fit, predicted: FloatArray) -> FloatArray:
+        """Return what velocities are predicted to gain over a period (k, c).
+
+        Noise of a reading now stands in what is predicted from it, and in what that leaves: in slow
+        runs all vehicles would seem lighter. Where accelerations tell the course, it is of that.
+        """
+        course = one.run.course
+        if course is None:
+            return predicted - one.now
+        now, before = course[one.rows - 1], course[one.rows - 2]
+        return self._next(fit, (now, before), one.run, one.rows) - now
+
+    def _white(
+        self, channel: int, fit: Fit, x: FloatArray, left: FloatArray, noise: FloatArray
+    ) -> _White:
+        both = self._whitened(np.column_stack([x, left[:, channel]]), channel, noise)
+        own, rest = both[:, :-1], both[:, -1]
+        inner = np.linalg.inv(np.linalg.inv(fit.covariance[channel]) + own.T @ own)
+        none, across = np.zeros((len(x), 0)), np.zeros((own.shape[1], 0))
+        return _White(none, own, rest, across, np.asarray(inner))
+
+    def _with(self, seen: _Seen, asked: GridRun, run: GridRun, fit: Fit) -> _Seen:
+        """Add the directions of `asked`; then they are those of the `run`.
+
+        Errors of the slopes are integrated out.
+        """
+        new = self._signatures(seen, asked, fit)
+        count = seen.told.thrust.size
+        every = count + new.shape[1]
+        information = np.zeros((len(seen.told.by_channel), every, every))
+        score = np.zeros((len(information), every))
+        information[:, :count, :count] = seen.told.by_channel
+        score[:, :count] = seen.told.score_by_channel
+        white = []
+        for c, own in enumerate(seen.white):
+            more = self._whitened(new[:, :, c], c, seen.noise)
+            both = np.hstack([own.directions, more])
+            gone = own.features.T @ more
+            across = np.hstack([own.across, gone])
+            lost = gone.T @ own.inner
+            information[c, count:] = more.T @ both - lost @ across
+            information[c, :count, count:] = information[c, count:, :count].T
+            score[c, count:] = more.T @ own.rest - lost @ (own.features.T @ own.rest)
+            white.append(replace(own, directions=both, across=across))
+        for k, (told, slope) in enumerate(run.beside, start=len(self.channels)):
+            information[k], score[k] = told, slope
+        return replace(
+            seen,
+            white=tuple(white),
+            signature=np.concatenate([seen.signature, new], axis=1),
+            told=Told(information, score, _thrust(run)),
+        )
+
+    def _signatures(self, seen: _Seen, asked: GridRun, fit: Fit) -> FloatArray:
+        """Change of the next velocities (k, d, c) by a unit of each direction that is asked."""
+        found = seen.rows.signatures(asked, self._learned_force(fit.slope), seen.gained)
+        found[:, list(asked.late), 3:] = 0.0
+        return found + self._misread(seen, asked, fit)
+
+    def _misread(self, seen: _Seen, asked: GridRun, fit: Fit) -> FloatArray:
+        """Change (k, d, c) of what is read of a unit: next, less what follows of it now and before.
+
+            E x(t + T) - [f(x(t), x(t - T)) - f(x(t) - E x(t), x(t - T) - E x(t - T))]
+
+        with x velocities and rates. Velocities are what is predicted from those now: their noise
+        then takes itself off, while that of readings to come would pass for motion. An error of
+        the mount turns a fast vehicle's speed into a drift whose drag is not in proportion to it:
+        it is taken at its size.
+        """
+        run, rows, ahead = seen.rows.run, seen.rows.rows, seen.predicted
+        found = np.zeros((rows.size, len(asked.misread), len(self.channels)))
+        own = {*np.flatnonzero(np.any(asked.misread, axis=(1, 2))).tolist(), *asked.late}
+        if not own or self.channels != CHANNELS:
+            return found
+        states = [run.velocity[rows - 2], seen.rows.now]
+        to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
+        # what it does to moments is small beside what is not known of them
+        for k in own:
+            size = asked.taken.get(k, _SLIGHTLY)
+            slip = asked.late.get(k, np.zeros((len(run.velocity), 3)))
+            before, now, later = (
+                state @ asked.misread[k].T + slip[at]
+                for state, at in zip((*states, to_come), (rows - 2, rows - 1, rows), strict=True)
+            )
+            true = [
+                np.hstack([state[:, :3] - size * wrong, state[:, 3:]])
+                for state, wrong in zip(states, (before, now), strict=True)
+            ]
+            follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
+            found[:, k, :3] = later - follows[:, :3] / size
+        return found
 
     def _next(
-        self, fit: _Fit, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
+        self, fit: Fit, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
     ) -> FloatArray:
         now, before = velocity
         scaled = (features(now, before, run, rows) - self._middle) * self._scale
         return self._mean(now, before, run, rows) + scaled @ fit.slope
+
+
+def _thrust(run: GridRun) -> FloatArray:
+    """Share (d,) by which a unit of each direction changes the thrust of a run."""
+    power = np.mean(run.wrench**2, axis=0)
+    moved = power > max(1e-6 * float(power.max()), 1e-12)
+    along = np.mean(run.more * run.wrench[:, None], axis=0)[:, moved] / power[moved]
+    return np.asarray(along.sum(axis=1) / max(int(moved.sum()), 1))

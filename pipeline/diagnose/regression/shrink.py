@@ -9,7 +9,8 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.regression.ahead import floors_of, rms_of, summed, unit_of
 from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import GridRun
-from pipeline.diagnose.regression.known import Reference
+from pipeline.diagnose.regression.known import Learned, Reference, ToldRun
+from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.records.diagnosis import Interval, Series, Shrink, ShrinkFigures
 from pipeline.types import FloatArray, IntArray
 
@@ -32,7 +33,7 @@ def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
             and one.name != "heavier"
         }
         late = {k: slip[which] for k, slip in run.late.items()}
-        return replace(run, **own, late=late)
+        return replace(run, **own, late=late, base=None)
 
     return part(slice(0, middle)), part(slice(middle, rows))
 
@@ -41,35 +42,37 @@ def shrink_of(
     case: Case,
     known: Reference,
     said: Said,
-    runs: Sequence[GridRun],
+    runs: Sequence[ToldRun],
     held: Sequence[GridRun],
     *,
     named: bool,
 ) -> tuple[Shrink, tuple[Series, ...]]:
     """How far the error shrinks where the sizes were not taken from."""
-    parts: list[tuple[GridRun, FloatArray]] = []
+    learned, parts = known.best, list[tuple[ToldRun, FloatArray]]()
     none = np.zeros(len(known.directions))
     if held:
-        size = _size_from(known, said, [runs[k] for k in said.first.runs]) if named else none
-        parts = [(run, size) for run in held]
+        carried = [runs[k] for k in said.first.runs]
+        size = _size_from(learned, said, carried) if named else none
+        parts = [(run, size) for run in learned.told_runs(held)]
         told = "runs " + ", ".join(run.name for run in case.holdout)
     else:
-        cut = [_halves(run) for run in runs]
+        halves = [_halves(one.run) for one in runs]
+        sides = [learned.told_runs([one[side] for one in halves]) for side in (0, 1)]
         for side in (0, 1):
-            carried = [cut[k][1 - side] for k in said.first.runs]
-            size = _size_from(known, said, carried) if named else none
+            carried = [sides[1 - side][k] for k in said.first.runs]
+            size = _size_from(learned, said, carried) if named else none
             parts += [
-                (one[side], size if k in said.first.runs else none) for k, one in enumerate(cut)
+                (one, size if k in said.first.runs else none) for k, one in enumerate(sides[side])
             ]
         told = "each half of the runs, with the size from the other half"
-    period, floors = known.best.response.period_s, floors_of(known)
+    period, floors = learned.response.period_s, floors_of(learned)
     before, after, series = [], [], []
-    for run, size in parts:
-        rows, first, second = known.best.response.after(run, size)
-        left, right = summed(first, period), summed(second, period)
+    for one_run, size in parts:
+        rows, _, first = learned.after(one_run)
+        left, right = summed(first, period), summed(learned.after(one_run, size)[2], period)
         before.append(left)
         after.append(right)
-        series += _series(run, rows[len(rows) - len(left) :], left, right)
+        series += _series(one_run.run, rows[len(rows) - len(left) :], left, right)
     one, other = rms_of(before), rms_of(after)
     whole, by_channel = _intervals(before, after, floors, period)
     channels = {
@@ -80,7 +83,7 @@ def shrink_of(
             gap_closed=_closed(float(one[c] / floors[c]), float(other[c] / floors[c])),
             ci95=by_channel[c],
         )
-        for c, name in enumerate(known.best.response.channels)
+        for c, name in enumerate(learned.response.channels)
     }
     first_all = float(np.sqrt(np.mean((one / floors) ** 2)))
     second_all = float(np.sqrt(np.mean((other / floors) ** 2)))
@@ -130,13 +133,13 @@ def _closed(before: float, after: float) -> float | None:
     return (before - after) / (before - 1.0) if before > _LEAST_GAP else None
 
 
-def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
+def _size_from(learned: Learned, said: Said, runs: Sequence[ToldRun]) -> FloatArray:
     """Size of each direction that is named, from some runs alone."""
-    told = [one.tempered(known.best.ordinary.share) for one in known.best.told(runs)]
-    own = list(said.first.which)
-    found = np.zeros(len(known.directions))
-    information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]
-    score = np.sum([one.score for one in told], axis=0)[own]
+    ordinary, own = learned.ordinary, list(said.first.which)
+    every = [beyond_ordinary(one.told.tempered(ordinary.share), ordinary.width) for one in runs]
+    found = np.zeros(ordinary.width.size)
+    information = np.sum([one for one, _ in every], axis=0)[np.ix_(own, own)]
+    score = np.sum([one for _, one in every], axis=0)[own]
     found[own] = np.linalg.solve(information + np.eye(len(own)), score)
     return found
 

@@ -12,6 +12,8 @@ from pipeline.types import FloatArray, IntArray
 
 #: Periods of past force.
 FORCES = 5
+#: The first row that is predicted: all of the past that counts is known.
+FIRST = FORCES - 1
 #: The mean's answer to force is taken at what is usual along its axis: this share of that along
 #: any, at the least.
 _LEAST = 0.01
@@ -31,7 +33,7 @@ class Rows:
     def __init__(self, run: GridRun, mean: Step) -> None:
         self.run = run
         velocity = run.velocity
-        self.rows = np.arange(2, len(velocity))
+        self.rows = np.arange(FIRST, len(velocity))
         self.now, before = velocity[self.rows - 1], velocity[self.rows - 2]
         self.next = velocity[self.rows]
         self.features = features(self.now, before, run, self.rows)
@@ -59,8 +61,8 @@ class Rows:
         before = run.velocity[rows - 2]
         return np.asarray(self._mean_step(self.now, before, other, rows) - self.mean)
 
-    def signatures(self, force: FloatArray, gained: FloatArray) -> FloatArray:
-        """Change of the next velocities (k, d, c) by a unit of each direction.
+    def signatures(self, asked: GridRun, force: FloatArray, gained: FloatArray) -> FloatArray:
+        """Change of the next velocities (k, d, c) by a unit of each direction of the same run.
 
         Drag takes more of a large force than of a small one: a direction that was taken at a size
         has the change that this makes. What a heavier vehicle resists is the acceleration by which
@@ -70,20 +72,19 @@ class Rows:
 
             s = (F - dM (gained + s) / T) B
         """
-        run = self.run
-        rate = np.zeros((len(run.velocity), 6))
-        own = [CHANNELS.index(name) for name in run.channels]
-        rate[self.rows[:, None], own] = gained / run.period_s
-        more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
+        rate = np.zeros((len(asked.velocity), 6))
+        own = [CHANNELS.index(name) for name in asked.channels]
+        rate[self.rows[:, None], own] = gained / asked.period_s
+        more = asked.more - np.einsum("dab,mb->mda", asked.heavier, rate)
         past = lagged(more, self.rows).transpose(0, 2, 1, 3)
         found = np.einsum("kdf,fc->kdc", past.reshape(*past.shape[:2], -1), force)
         by_mean = np.einsum("kda,kac->kdc", more[self.rows], self.by_wrench)
-        for k, size in run.taken.items():
+        for k, size in asked.taken.items():
             by_mean[:, k] = self._moved(size * more[:, k]) / size
         found += by_mean
         answer = force.reshape(-1, *self.by_wrench.shape[1:]).sum(axis=0) + self.by_wrench
-        for k, size in run.taken.items():
-            resisted = size * run.heavier[k][:, own].T / run.period_s @ answer
+        for k, size in asked.taken.items():
+            resisted = size * asked.heavier[k][:, own].T / asked.period_s @ answer
             found[:, k] = np.linalg.solve(
                 np.eye(len(own)) + resisted.transpose(0, 2, 1), found[:, k, :, None]
             )[..., 0]

@@ -11,10 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.grid import GridRun, beside_taken
+from pipeline.diagnose.regression.grid import GridRun, all_at
 from pipeline.diagnose.regression.known import Learned, Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.weigh import weighed
@@ -66,13 +65,6 @@ def with_sizes(
     return replace(known, directions=every, grids=grids, stated=stated), taken
 
 
-def all_at(
-    runs: Sequence[GridRun], directions: Sequence[Coordinate], sizes: Mapping[int, float]
-) -> list[GridRun]:
-    """Add changes at their sizes to runs."""
-    return [beside_taken(run, directions, sizes) for run in runs] if sizes else list(runs)
-
-
 def _beside(learned: Learned, taken: Mapping[int, float]) -> Learned:
     """Add directions of changes that never are ordinary, nor what sound runs are off by."""
     if not taken:
@@ -96,6 +88,23 @@ def _beside(learned: Learned, taken: Mapping[int, float]) -> Learned:
     )
 
 
+def _told_at(
+    known: Reference, asked: Asked, k: int, tried: float, *, grids: int
+) -> list[tuple[float, float]]:
+    """Information and score of a direction that is taken at a size, on so many grids."""
+    runs = [all_at(one[:grids], known.directions, {k: tried}) for one in asked]
+    found = []
+    for learned, on_one in zip(known.grids[:grids], zip(*runs, strict=True), strict=True):
+        more = _beside(learned, {k: tried})
+        both = [
+            beyond_ordinary(one.tempered(more.ordinary.share), more.ordinary.width)
+            for one in more.told(on_one)
+        ]
+        own = sum(float(one[-1, -1]) for one, _ in both)
+        found.append((own, sum(float(one[-1]) for _, one in both)))
+    return found
+
+
 def _most_probable(known: Reference, asked: Asked, k: int, size: float) -> float | None:
     """Seek the size of a direction from one that was found, up and down, then finely.
 
@@ -103,22 +112,15 @@ def _most_probable(known: Reference, asked: Asked, k: int, size: float) -> float
     """
     low, high = known.directions[k].bounds
 
-    def told(place: int, tried: float) -> tuple[float, float]:
-        """Information and score of the direction on one grid."""
-        learned = _beside(known.grids[place], {k: tried})
-        runs = [beside_taken(grids[place], known.directions, {k: tried}) for grids in asked]
-        both = [
-            beyond_ordinary(one.tempered(learned.ordinary.share), learned.ordinary.width)
-            for one in learned.told(runs)
-        ]
-        return sum(float(one[-1, -1]) for one, _ in both), sum(float(one[-1]) for _, one in both)
-
     def evidence(tried: float) -> float:
-        both = [told(place, tried) for place in range(len(known.grids))]
+        both = _told_at(known, asked, k, tried, grids=len(known.grids))
         return float(np.mean([score * tried - 0.5 * own * tried**2 for own, score in both]))
 
-    found = [score / max(own, 1e-12) for own, score in (told(0, n * size) for n in (0.5, 1.0))]
-    if abs(found[1] - found[0]) <= _BENT * abs(found[0]):
+    (at_half,), (at_whole,) = (
+        _told_at(known, asked, k, share * size, grids=1) for share in (0.5, 1.0)
+    )
+    half, whole = (score / max(own, 1e-12) for own, score in (at_half, at_whole))
+    if abs(whole - half) <= _BENT * abs(half):
         return None
     best, value = size, evidence(size)
     for step in _STEPS:

@@ -15,9 +15,10 @@ from pipeline.diagnose.gap.regimes import (
     regressors,
     time_shares,
 )
-from pipeline.diagnose.regression.ahead import channel_gaps, errors_of, rms_of, summed
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun
-from pipeline.diagnose.regression.known import Reference
+from pipeline.diagnose.regression.ahead import channel_gaps, error_of, errors_of, rms_of
+from pipeline.diagnose.regression.grid import CHANNELS
+from pipeline.diagnose.regression.known import Learned, ToldRun
+from pipeline.diagnose.regression.signatures import FIRST
 from pipeline.diagnose.regression.weigh import Change
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import Gap, Leftover, Where
@@ -43,29 +44,29 @@ class _Stretch:
 
 
 def gap_and_leftover(
-    case: Case, known: Reference, runs: Sequence[GridRun], change: Change | None
+    case: Case, learned: Learned, runs: Sequence[ToldRun], change: Change | None
 ) -> tuple[Gap, Leftover]:
     """Tell where the gap lies, and what a change (None: nothing) leaves of it.
 
     Regimes are those in which the change acts; without one those in which the errors lie, first
     what the force goes with.
     """
-    errors = errors_of(known, runs)
-    after = _after(known, runs, change)
+    errors = errors_of(learned, runs)
+    after = _after(learned, runs, change)
     stretches = _stretches(case)
-    place = _places(known, runs, stretches)
+    place = _places(runs, errors.each, stretches)
     every = regressors(case.packed, stretches, case.runs)
     first, second = (np.concatenate(list(one)) / errors.floors for one in (errors.each, after))
     owner, count = np.concatenate(place), len(stretches)
     carried = np.maximum(_mean_by(owner, np.square(first), count) - 1.0, 0.0).sum(axis=1)
-    left = _leftover(case, known, second, owner, stretches, every)
-    gaps = channel_gaps(errors, known, runs, case.vehicle.sensors)
+    left = _leftover(case, learned.response.channels, second, owner, stretches, every)
+    gaps = channel_gaps(errors, learned, runs, case.vehicle.sensors)
     channels = sorted(gaps, key=lambda name: -gaps[name].ratio)
     channels = [name for name in channels if gaps[name].ratio > _CARRIES]
     by_regime, goes_with = carried, dict[str, float]()
     if change is not None:
         acts = _mean_by(owner, np.square(second - first), count)
-        size = dict(zip(known.best.response.channels, acts.sum(axis=0).tolist(), strict=True))
+        size = dict(zip(learned.response.channels, acts.sum(axis=0).tolist(), strict=True))
         most = max(*size.values(), 1e-12)
         acted = sorted((name for name in size if name not in channels), key=lambda c: -size[c])
         channels += [name for name in acted if size[name] >= _ACTS**2 * most]
@@ -78,7 +79,7 @@ def gap_and_leftover(
         if len(own) < _FEWEST:
             return {}
         found = np.sqrt(np.mean(np.square(own), axis=0))
-        return dict(zip(known.best.response.channels, found.tolist(), strict=True))
+        return dict(zip(learned.response.channels, found.tolist(), strict=True))
 
     where = Where(
         channels=tuple(channels),
@@ -89,15 +90,15 @@ def gap_and_leftover(
 
 
 def _after(
-    known: Reference, runs: Sequence[GridRun], change: Change | None
+    learned: Learned, runs: Sequence[ToldRun], change: Change | None
 ) -> tuple[FloatArray, ...]:
     """Errors of each run (k, c) with the change."""
-    response, found = known.best.response, []
+    found = []
     for k, run in enumerate(runs):
-        size = np.zeros(len(known.directions))
+        size = np.zeros(learned.ordinary.width.size)
         if change is not None and k in change.runs:
             size[list(change.which)] = change.mean
-        found.append(summed(response.after(run, size)[2], response.period_s))
+        found.append(error_of(learned, run, size))
     return tuple(found)
 
 
@@ -117,17 +118,15 @@ def _stretches(case: Case) -> list[_Stretch]:
 
 
 def _places(
-    known: Reference, runs: Sequence[GridRun], stretches: Sequence[_Stretch]
+    runs: Sequence[ToldRun], errors: Sequence[FloatArray], stretches: Sequence[_Stretch]
 ) -> list[IntArray]:
     """Return the stretch of each error (k,) of each run."""
-    none, found = np.zeros(len(known.directions)), []
-    period_s = known.best.response.period_s
-    for number, run in enumerate(runs):
-        rows, left, _ = known.best.response.after(run, none)
-        rows = rows[: len(summed(left, period_s))]
+    found = []
+    for number, (run, error) in enumerate(zip(runs, errors, strict=True)):
+        time_s = run.run.time_s[FIRST : FIRST + len(error)]
         own = [k for k, one in enumerate(stretches) if one.run == number]
         begins = np.array([stretches[k].begin_s - stretches[own[0]].begin_s for k in own])
-        found.append(own[0] + np.searchsorted(begins, run.time_s[rows] + 1e-9, side="right") - 1)
+        found.append(own[0] + np.searchsorted(begins, time_s + 1e-9, side="right") - 1)
     return found
 
 
@@ -139,7 +138,7 @@ def _mean_by(owner: IntArray, values: FloatArray, count: int) -> FloatArray:
 
 def _leftover(  # noqa: PLR0917 - one caller
     case: Case,
-    known: Reference,
+    channels: Sequence[str],
     left: FloatArray,
     owner: IntArray,
     stretches: Sequence[_Stretch],
@@ -147,7 +146,6 @@ def _leftover(  # noqa: PLR0917 - one caller
 ) -> Leftover:
     """Tell which axis is off most, over sound runs, how in time, and what that goes with."""
     axis = dict(zip(CHANNELS, AXES, strict=True))
-    channels = known.best.response.channels
     ratios = rms_of([left])
     worst = int(np.argmax(ratios))
     own = left[:, worst : worst + 1]

@@ -10,7 +10,8 @@ from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.file_step import file_step
 from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.misread import misread
-from pipeline.diagnose.regression.response import BENT, STIFF, Response
+from pipeline.diagnose.regression.response import Response
+from pipeline.diagnose.regression.ridge import BENT, STIFF
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.simulate.fly import fly

@@ -8,7 +8,8 @@ import pytest
 
 from pipeline.diagnose.regression.grid import GridRun
 from pipeline.diagnose.regression.held_out import _off, _with, decides, error_ahead, predictions
-from pipeline.diagnose.regression.response import BENT, STIFF, Response
+from pipeline.diagnose.regression.response import Response
+from pipeline.diagnose.regression.ridge import BENT, STIFF
 from pipeline.records.reference import Prediction
 from pipeline.types import FloatArray, IntArray
 

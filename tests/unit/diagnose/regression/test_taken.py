@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose.regression.grid import on_grids
+from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.held_out import FileModel
 from pipeline.diagnose.regression.known import learned
-from pipeline.diagnose.regression.taken import all_at, with_sizes
+from pipeline.diagnose.regression.taken import with_sizes
 
 LAG_S = 0.9
 EFFECTS = ("thruster_lag", "thruster_degraded", "quadratic_damping")
