@@ -6,11 +6,14 @@ than readings within them do. The ratio of both (one-way analysis of variance) d
 how noisy a run is. How large it is without such a force, and how much that differs from run to run
 in all channels alike, as manoeuvres do, the sound runs say, each left out in turn. They also say
 how often a single channel stands out: that which a manoeuvre moves, if no other run moves it.
-Where the file stands in for sound runs, how strong the means of blocks are is a sign, too: what a
-healthy vehicle's noise is it states, and from one measured run to the next nobody knows.
+What motion and commands explain of the rest is the second sign: waves are too fast for blocks, and
+a vehicle that meets them moves with them. Where the file stands in for sound runs, how strong the
+means of blocks are is the third: what a healthy vehicle's noise is it states, and from one measured
+run to the next nobody knows.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
@@ -56,32 +59,51 @@ def beside_disturbance(
     ranking : sequence of Change
         All hypotheses.
     """
-    response, count = learned.response, learned.ordinary.width.size
-
-    def left_of(
-        run: ToldRun, change: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Variance of what is left between blocks, within them, and of what the change did."""
-        _, first, left = learned.after(run, change)
-        did, _ = block_powers(response.filtered(first - left), response.period_s)
-        return (*block_powers(response.filtered(left), response.period_s), did)
-
-    usual = [left_of(one) for one in learned.usual]
+    usual = [_left_of(learned, one) for one in learned.usual]
+    size = np.exp(np.nanmean([np.log(one.between) for one in usual], axis=0))
     odds: dict[str, float] = {}
     for one in ranking:
         if one.probability < _HARDLY or one.name == UNKNOWN:
             continue
-        changed = np.zeros(count)
+        changed = np.zeros(learned.ordinary.width.size)
         changed[list(one.which)] = one.mean
-        asked = [left_of(run, changed if k in one.runs else None) for k, run in enumerate(runs)]
-        odds[one.name] = log_odds(*([a / b for a, b, _ in own] for own in (usual, asked)))
+        asked = [
+            _left_of(learned, run, changed if k in one.runs else None) for k, run in enumerate(runs)
+        ]
+        signs = [
+            log_odds(*([left.between / left.within for left in own] for own in (usual, asked))),
+            log_odds(*([left.with_motion for left in own] for own in (usual, asked))),
+        ]
         if learned.by_file:
-            size = np.exp(np.nanmean([np.log(a) for a, _, _ in usual], axis=0))
-            strong = log_odds(
-                *([a / (size + INEXACT**2 * did) for a, _, did in own] for own in (usual, asked))
-            )
-            odds[one.name] = float(np.logaddexp(odds[one.name], strong) - np.log(2.0))
+            signs.append(log_odds(*([left.over(size) for left in own] for own in (usual, asked))))
+        odds[one.name] = float(np.logaddexp.reduce(signs) - np.log(len(signs)))
     return with_disturbance(ranking, odds)
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a run leaves, in each channel (c,): see `block_powers` and `Response.explained`.
+
+    `did` is what the change did between blocks.
+    """
+
+    between: FloatArray
+    within: FloatArray
+    did: FloatArray
+    with_motion: FloatArray
+
+    def over(self, size: FloatArray) -> FloatArray:
+        """Variance between blocks over that of runs as they are, and what a change is off by."""
+        return self.between / (size + INEXACT**2 * self.did)
+
+
+def _left_of(learned: Learned, run: ToldRun, change: FloatArray | None = None) -> _Left:
+    response, size = learned.response, learned.size(run, change)
+    _, first, left = response.after(run.run, size, left_out=run.left_out)
+    did, _ = block_powers(response.filtered(first - left), response.period_s)
+    between, within = block_powers(response.filtered(left), response.period_s)
+    of_left, rest, of_change = response.explained(run.run, size, left_out=run.left_out)
+    return _Left(between, within, did, of_left / (rest + INEXACT**2 * of_change))
 
 
 def block_powers(left: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray]:

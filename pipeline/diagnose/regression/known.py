@@ -99,10 +99,14 @@ class Learned:
         tuple of ndarray
             Rows of the grid (k,); remainders (k, c) of the bare response, and with all of it.
         """
+        return self.response.after(one.run, self.size(one, change), left_out=one.left_out)
+
+    def size(self, one: ToldRun, change: FloatArray | None = None) -> FloatArray:
+        """Return by what a run differs (d,): a change (d,), and most probably what is ordinary."""
         count = one.told.thrust.size
         own = np.zeros(count) if change is None else change[:count]
         few = replace(self.ordinary, width=self.ordinary.width[:count])
-        return self.response.after(one.run, own + few.of(one.told, own), left_out=one.left_out)
+        return own + few.of(one.told, own)
 
     @property
     def by_file(self) -> bool:

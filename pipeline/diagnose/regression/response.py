@@ -6,6 +6,7 @@ as long as the run is: a change is added to what is known at one size after the 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,6 +20,8 @@ from pipeline.types import FloatArray, IntArray
 
 #: Size, in units, at which an error of the DVL is taken that has none of its own.
 _SLIGHTLY = 0.1
+#: Features that say less than this share of the largest one are no dimension of their own.
+_RANK = 1e-4
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,12 @@ class _White:
     rest: FloatArray
     across: FloatArray
     inner: FloatArray
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Orthonormal basis (k, n) of the features."""
+        vectors, values, _ = np.linalg.svd(self.features, full_matrices=False)
+        return np.asarray(vectors[:, values > _RANK * values[0]])
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,36 @@ class Response(Ridge):
         # a sound run has not the directions of changes that were asked of others
         own = changed[: seen.signature.shape[1]]
         return seen.rows.rows, seen.left, seen.left - np.einsum("kdc,d->kc", seen.signature, own)
+
+    def explained(
+        self, run: GridRun, changed: FloatArray, *, left_out: int | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Tell what motion and force explain of what a change leaves, as no noise does.
+
+        Parameters
+        ----------
+        run, changed, left_out
+            See `after`.
+
+        Returns
+        -------
+        tuple of ndarray, shape (c,)
+            Mean square, each over its degrees of freedom, of what they explain of it, of the rest,
+            and of what they explain of the change.
+        """
+        found = np.zeros((3, len(self.channels)))
+        for c, own in enumerate(self._seen(run, left_out).white):
+            did = own.directions @ changed[: own.directions.shape[1]]
+            left = own.rest - did
+            basis, count = own.basis, own.basis.shape[1]
+            within = float(np.sum((basis.T @ left) ** 2))
+            rest = max(len(left) - count, 1)
+            found[:, c] = (
+                within / count,
+                max(float(left @ left) - within, 1e-24) / rest,
+                float(np.sum((basis.T @ did) ** 2)) / count,
+            )
+        return found[0], found[1], found[2]
 
     def next_of(
         self, left_out: int | None, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
