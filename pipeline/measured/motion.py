@@ -166,17 +166,29 @@ def _steadied(turn: Rotation, rates: FloatArray, period_s: float, window_s: floa
     from scipy.signal import savgol_filter
 
     between = 0.5 * (rates[1:] + rates[:-1]) * period_s
-    by_rates = Rotation.from_rotvec(np.concatenate([np.zeros((1, 3)), between])).as_quat()
-    back, count = 1, len(rates)
-    while back < count:  # products of all turns up to each row, in doubling steps
-        earlier = Rotation.from_quat(by_rates[:-back])
-        by_rates[back:] = (earlier * Rotation.from_quat(by_rates[back:])).as_quat()
-        back *= 2
-    followed = turn[0] * Rotation.from_quat(by_rates)
+    followed = turn[0] * _turns(Rotation.from_rotvec(between))
     off = (turn * followed.inv()).as_rotvec()
-    window = min(2 * round(window_s / period_s / 2.0) + 1, 2 * ((count - 1) // 2) + 1)
+    window = min(2 * round(window_s / period_s / 2.0) + 1, 2 * ((len(rates) - 1) // 2) + 1)
     drift = Rotation.from_rotvec(savgol_filter(off, window, min(1, window - 1), axis=0))
     return drift * followed
+
+
+def _turns(steps: Rotation) -> Rotation:
+    """Products of all turns up to each row, from none: in blocks, then from block to block."""
+    count = len(steps)
+    length = max(int(np.sqrt(count)), 1)
+    blocks = -(-count // length)
+    none = np.tile([0.0, 0.0, 0.0, 1.0], (blocks * length - count, 1))
+    every = np.concatenate([steps.as_quat(), none]).reshape(blocks, length, 4)
+    for k in range(1, length):
+        every[:, k] = (
+            Rotation.from_quat(every[:, k - 1]) * Rotation.from_quat(every[:, k])
+        ).as_quat()
+    for k in range(1, blocks):
+        every[k] = (Rotation.from_quat(every[k - 1, -1]) * Rotation.from_quat(every[k])).as_quat()
+    return Rotation.from_quat(
+        np.concatenate([[[0.0, 0.0, 0.0, 1.0]], every.reshape(-1, 4)[:count]])
+    )
 
 
 def channel_of(run: RunTable, quantity: str) -> FloatArray | None:

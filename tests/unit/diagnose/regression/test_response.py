@@ -166,6 +166,31 @@ def test_what_is_taken_off_is_the_change(learned: Response) -> None:
     assert np.sqrt(np.mean(after**2)) < 0.5 * np.sqrt(np.mean(before**2))
 
 
+def test_motion_and_force_explain_what_a_weak_thruster_leaves_and_no_noise(
+    learned: Response,
+) -> None:
+    run, none, all_of_it = flown(9, 0.6), np.zeros(1), np.array([-0.4])
+    left, rest, _ = learned.explained(run, none)
+    assert left[0] > 20.0 * rest[0]
+    left, rest, did = learned.explained(run, all_of_it)
+    assert left == pytest.approx(rest, rel=0.8)
+    assert did[0] > 20.0 * rest[0]
+
+
+def test_directions_that_are_added_are_as_if_they_had_been_there(learned: Response) -> None:
+    run = flown(9, 0.6)
+    more = replace(
+        run,
+        more=np.concatenate([run.more, 2.0 * run.more], axis=1),
+        heavier=np.zeros((2, 6, 6)),
+        misread=np.zeros((2, 3, 6)),
+    )
+    whole, added = learned.told(more), learned.told(replace(more, base=run))
+    assert added.information == pytest.approx(whole.information)
+    assert added.score == pytest.approx(whole.score)
+    assert added.thrust == pytest.approx(whole.thrust)
+
+
 def test_it_predicts_what_took_no_part_better_than_the_last_value(learned: Response) -> None:
     table = predictions(learned, {})
     error = {(row.method, row.quantity, row.ahead_s): row.rmse for row in table}
