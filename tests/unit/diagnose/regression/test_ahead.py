@@ -9,19 +9,20 @@ from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.known import by_file
 
 
-def test_trim_that_a_healthy_vehicle_may_have_is_taken_off() -> None:
-    case = small_case(("residual_buoyancy:force_n=1.0",), seconds=24.0)
+@pytest.mark.parametrize(("force_n", "ordinary"), [(1.0, True), (3.0, False)])
+def test_trim_that_a_healthy_vehicle_may_have_is_taken_off(force_n: float, ordinary: bool) -> None:
+    case = small_case((f"residual_buoyancy:force_n={force_n}",), seconds=24.0)
     known = by_file(case)
     learned = known.best
     period = [learned.response.period_s]
     (grid,) = on_grids(case.packed, case.runs[0], case.vehicle.sensors, known.directions, period)
     (run,) = learned.told_runs([grid])
     heave = learned.response.channels.index("w")
-    bare = summed(learned.after(run)[1], learned.response.period_s)[:, heave]
-    left = error_of(learned, run)[:, heave]
-    assert abs(bare.mean()) > 3.0 * abs(left.mean())
+    bare = rms_of([summed(learned.after(run)[1], learned.response.period_s)])[heave]
+    left = rms_of([error_of(learned, run)])[heave]
     floor = typical([error_of(learned, one) for one in learned.usual])[heave]
-    assert np.sqrt(np.mean(left**2)) < 1.5 * floor
+    assert left < 0.75 * bare
+    assert (left < floor) == ordinary
 
 
 def test_one_run_that_is_off_makes_no_floor() -> None:
