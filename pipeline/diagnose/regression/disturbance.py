@@ -19,6 +19,7 @@ import numpy as np
 from scipy import stats
 from scipy.special import logsumexp
 
+from pipeline.diagnose.regression.grid import CHANNELS
 from pipeline.diagnose.regression.known import Learned, ToldRun
 from pipeline.diagnose.regression.sizes import INEXACT
 from pipeline.diagnose.regression.weigh import Change, with_disturbance
@@ -84,7 +85,7 @@ def beside_disturbance(
 class _Left:
     """What a run leaves, in each channel (c,): see `block_powers` and `Response.explained`.
 
-    `did` is what the change did between blocks.
+    `did` is what the change did between blocks, `with_motion` of the linear velocities alone.
     """
 
     between: FloatArray
@@ -103,7 +104,10 @@ def _left_of(learned: Learned, run: ToldRun, change: FloatArray | None = None) -
     did, _ = block_powers(response.filtered(first - left), response.period_s)
     between, within = block_powers(response.filtered(left), response.period_s)
     of_left, rest, of_change = response.explained(run.run, size, left_out=run.left_out)
-    return _Left(between, within, did, of_left / (rest + INEXACT**2 * of_change))
+    # how motion turns a vehicle is known too poorly to say that something else does
+    linear = [c for c, name in enumerate(response.channels) if name in CHANNELS[:3]]
+    with_motion = of_left / (rest + INEXACT**2 * of_change)
+    return _Left(between, within, did, with_motion[linear])
 
 
 def block_powers(left: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray]:
