@@ -19,10 +19,10 @@ from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.weigh import weighed
 
 #: Single changes that are taken at their sizes, in so many rounds, but for small ones (in units).
-_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.1
+_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.03
 #: Steps in which a size is sought, coarse and fine, and the log evidence that one must be worth.
 _STEPS, _WORTH = (2.0, 2.0**0.5), 1.0
-#: Share by which what is found at twice the size may differ of a change in proportion to it.
+#: Share by which what is found at half the size, or at a unit, may differ of one in proportion.
 _BENT = 0.05
 
 #: Runs on all grids of each.
@@ -116,11 +116,10 @@ def _most_probable(known: Reference, asked: Asked, k: int, size: float) -> float
         both = _told_at(known, asked, k, tried, grids=len(known.grids))
         return float(np.mean([score * tried - 0.5 * own * tried**2 for own, score in both]))
 
-    (at_half,), (at_whole,) = (
-        _told_at(known, asked, k, share * size, grids=1) for share in (0.5, 1.0)
-    )
-    half, whole = (score / max(own, 1e-12) for own, score in (at_half, at_whole))
-    if abs(whole - half) <= _BENT * abs(half):
+    sizes_tried = (size, 0.5 * size, known.directions[k].side)
+    at = [_told_at(known, asked, k, one, grids=1)[0] for one in sizes_tried]
+    whole, *others = (score / max(own, 1e-12) for own, score in at)
+    if all(abs(one - whole) <= _BENT * abs(whole) for one in others):
         return None
     best, value = size, evidence(size)
     for step in _STEPS:
