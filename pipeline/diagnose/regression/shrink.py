@@ -109,7 +109,8 @@ def _intervals(
     sums = []
     for pair in zip(before, after, strict=True):
         count = len(pair[0]) // length
-        cut = [one[: count * length].reshape(count, length, -1) for one in pair]
+        shape = (count, length, len(floors))
+        cut = [one[: count * length].reshape(shape) for one in pair]
         sums.append(np.stack([np.mean(np.square(one), axis=1) for one in cut], axis=1))
     blocks = np.concatenate(sums) / floors**2
     if len(blocks) < _FEWEST_BLOCKS:
