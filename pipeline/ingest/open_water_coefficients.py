@@ -168,6 +168,8 @@ _J_0, _ETA = 0.45, 0.32
 _FALLS_TO = 0.6
 #: Thrust ends at so much of the pitch ratio.
 _ENDS_OF_PITCH = (0.7, 1.7)
+#: K_T near rest is so many times that J, and no pitch is so large that it lies further.
+_ENDS_OF_THRUST, _LAST_END = (0.09, 0.8), 1.8
 #: What the name says for V / (pi n D), in nats: the letter lambda is used for both, J is not.
 _NAMED = {"lambda": 1.0, "": 0.0, "J": -1.5}
 
@@ -243,12 +245,23 @@ def no_thrust_at(points: Sequence[Coefficients]) -> float | None:
 def far_from_pitch(points: Sequence[Coefficients], pitch_ratio: float | None) -> str:
     """Say where thrust ends far from the J at which a screw of that pitch slips no more.
 
+    Of a pitch that is not stated, where no screw with so much thrust near rest has that.
+
     >>> far_from_pitch([Coefficients(2.0 * j, 0.3 * (0.7 - j), None) for j in (0, 0.3, 0.6)], 0.6)
     'K_T is zero at J = 1.4, a screw of pitch ratio 0.6 has that at 0.42 to 1.02'
     """
     ends = no_thrust_at(points)
-    least, most = (one * (pitch_ratio or math.nan) for one in _ENDS_OF_PITCH)
-    if ends is None or not (ends < least or ends > most):
+    if ends is None:
+        return ""
+    if pitch_ratio is None:
+        largest = max(one.thrust_coefficient or 0.0 for one in points)
+        at_rest = any(abs(one.advance_ratio) < _NEAR_REST for one in points)
+        least, most = _ENDS_OF_THRUST
+        if not at_rest or (least <= largest / ends <= most and ends <= _LAST_END):
+            return ""
+        return f"K_T is {largest:.2g} at most and zero at J = {ends:.3g}, as of no screw"
+    least, most = (one * pitch_ratio for one in _ENDS_OF_PITCH)
+    if least <= ends <= most:
         return ""
     return (
         f"K_T is zero at J = {ends:.3g}, a screw of pitch ratio {pitch_ratio:g} has that at "

@@ -380,3 +380,18 @@ def test_a_command_that_stands_in_the_first_of_its_rows(tmp_path: Path) -> None:
     record = read(tmp_path, "load_test", rows_of("Code;rpm;Torque (N m)", once, SPEED, TORQUE))
     assert [one.code for one in record.points] == list(CODES)
     assert not said(record, "warning")
+
+
+@pytest.mark.parametrize(
+    ("of_speed", "of_thrust", "told"),
+    [(1.0, 1.0, False), (1 / 0.514444, 1.0, True), (3.6, 1.0, True), (0.01, 1.0, True),
+     (1 / 3.6, 1.0, True), (1.0, 8.0 / np.pi, True)],
+)  # fmt: skip
+def test_thrust_that_ends_where_that_of_no_screw_does(
+    of_speed: float, of_thrust: float, told: bool, tmp_path: Path
+) -> None:
+    """Without a torque and a pitch, K_T near rest and the J of no thrust tell of units."""
+    rest = 1000.0 * 10.0**2 * 0.14**4
+    columns = (ADVANCE * 10.0 * 0.14 * of_speed, np.full(8, 10.0), K_T * rest * of_thrust)
+    record = read(tmp_path, "open_water", rows_of("V (m/s);n (rps);T (N)", *columns))
+    assert ("as of no screw" in said(record, "warning")) is told
