@@ -125,16 +125,7 @@ def _pair(effects: tuple[str, ...], rng: np.random.Generator) -> tuple[str, str]
 def write_case(case: GeneratedCase, name: str, folder: Path, sealed: Path) -> None:
     """Write a case to disk: what an engineer would have, and the sealed label elsewhere.
 
-    Parameters
-    ----------
-    case : GeneratedCase
-        The case.
-    name : str
-        Of its folder.
-    folder : Path
-        Where ``<name>/vehicle.yaml`` and ``<name>/pool/*.mcap`` go.
-    sealed : Path
-        Where ``<name>.json`` goes.
+    ``<name>/vehicle.yaml`` and ``<name>/pool/*.mcap`` go to `folder`, ``<name>.json`` to `sealed`.
     """
     here = folder / name
     (here / "pool").mkdir(parents=True, exist_ok=True)

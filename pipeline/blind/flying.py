@@ -47,23 +47,8 @@ def table_of(
 ) -> RunTable:
     """Put readings onto one time base; lines between readings, commands held.
 
-    Parameters
-    ----------
-    log : dict of SensorReading
-        From `pipeline.blind.truth.sensors.read_all`.
-    thrusters : tuple of str
-        Names of the columns of the commands.
-    name : str
-        Name of the run.
-    start_time_ns : int
-        Time zero on the clock of the log. [ns]
-    period_s : float
-        Period of the table. [s]
-
-    Returns
-    -------
-    RunTable
-        Not a number where nothing is valid.
+    Not a number where nothing is valid. `thrusters` name the columns of the commands,
+    `start_time_ns` is time zero on the clock of the log [ns].
     """
     command = log["command"]
     end = float(command.logged_s[-1])

@@ -42,23 +42,10 @@ _TRIES, _SMALLER = 6, 0.7
 def regimes_of(
     trace: FloatArray, floors: Floors, flights: Sequence[TruthFlight], craft: Craft
 ) -> dict[str, float]:
-    """Rank correlation (Spearman) of the gap in windows with each regressor.
+    """Rank correlation (Spearman) of the gap in windows with each of `REGIMES` that varies.
 
-    Parameters
-    ----------
-    trace : ndarray, shape (windows, k, 12)
-        What the fault does, flight after flight.
-    floors : Floors
-        What it is measured against.
-    flights : sequence of TruthFlight
-        The same flights.
-    craft : Craft
-        The stated vehicle: its walls and largest codes.
-
-    Returns
-    -------
-    dict
-        Of `REGIMES` those that vary.
+    `trace` (windows, k, 12) is what the fault does, flight after flight; `craft` the stated
+    vehicle: its walls and largest codes.
     """
     known = np.isfinite(floors.healthy)
     gap = np.sqrt((trace[:, :, known] ** 2 / floors.healthy[known] ** 2).mean(axis=(1, 2)))
@@ -132,18 +119,7 @@ class GeneratedCase:
 
 
 def generate(subject: BlindSubject, spec: CaseSpec) -> GeneratedCase:
-    """Make a case.
-
-    Parameters
-    ----------
-    subject : BlindSubject
-        The vehicle; a variant of it is taken where the effect needs one.
-    spec : CaseSpec
-        What the case is.
-
-    Returns
-    -------
-    GeneratedCase
+    """Make a case of a vehicle, or of a variant of it where the effect needs one.
 
     Raises
     ------

@@ -28,13 +28,7 @@ FALSE_ALARMS = {
 
 
 def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
-    """Rates of the strata that the goals are stated for; the severity bands are finer.
-
-    Parameters
-    ----------
-    scores : sequence of CaseScore
-        In any order.
-    """
+    """Rates of the strata that the goals are stated for; the severity bands are finer."""
     single = [one for one in scores if one.kind == "single"]
     small = [one for one in single if one.gap_ratio < CLEAR_GAP]
     clear = [one for one in single if one.gap_ratio >= CLEAR_GAP]
@@ -94,13 +88,7 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
 
 
 def missed(scores: Sequence[CaseScore]) -> tuple[Miss, ...]:
-    """List the cases that a goal counts against the diagnosis, by number.
-
-    Parameters
-    ----------
-    scores : sequence of CaseScore
-        In any order.
-    """
+    """List the cases that a goal counts against the diagnosis, by number."""
     found = ((one, _fault(one)) for one in sorted(scores, key=lambda one: one.case))
     return tuple(Miss(score=one, fault=fault) for one, fault in found if fault)
 

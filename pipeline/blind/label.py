@@ -78,14 +78,7 @@ def seal(label: CaseLabel, path: Path) -> None:
 
 
 def open_label(path: Path, verdict: Path) -> CaseLabel:
-    """Open a sealed label, but only after the verdict is there.
-
-    Parameters
-    ----------
-    path : Path
-        The sealed file.
-    verdict : Path
-        The ``diagnosis.json`` of the case.
+    """Open a sealed label, but only after the verdict, its ``diagnosis.json``, is there.
 
     Raises
     ------

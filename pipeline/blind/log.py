@@ -125,18 +125,10 @@ class _Messages:
 
 
 def write_log(path: Path, log: Log, vehicle: Vehicle, start_time_ns: int) -> None:
-    """Write the readings of one run; the file is there whole or not at all.
+    """Write the readings of one run to an MCAP; the file is there whole or not at all.
 
-    Parameters
-    ----------
-    path : Path
-        ``*.mcap``.
-    log : dict of SensorReading
-        From `pipeline.blind.truth.sensors.read_all`.
-    vehicle : Vehicle
-        Names of the thrusters, water, mount of the DVL.
-    start_time_ns : int
-        Time zero of the run since 1970. [ns]
+    The vehicle gives names of the thrusters, water and mount of the DVL; `start_time_ns` is time
+    zero of the run since 1970 [ns].
 
     Raises
     ------

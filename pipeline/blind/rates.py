@@ -38,28 +38,17 @@ class QuantileFigure(Record):
     mean: float | None = None
 
 
-def clopper_pearson(yes: int, cases: int, level: float = 0.95) -> tuple[float, float]:
-    """Exact bounds of a share.
+def clopper_pearson(yes: int, cases: int) -> tuple[float, float]:
+    """Exact 95 % bounds of a share.
 
-    Parameters
-    ----------
-    yes, cases : int
-        How many of how many.
-    level : float
-        Confidence.
-
-    Examples
-    --------
     >>> low, high = clopper_pearson(0, 300)
     >>> low, round(high, 4)
     (0.0, 0.0122)
     """
-    from scipy.stats import beta
+    from scipy.stats import binomtest
 
-    tail = 0.5 * (1.0 - level)
-    low = float(beta.ppf(tail, yes, cases - yes + 1)) if yes > 0 else 0.0
-    high = float(beta.ppf(1.0 - tail, yes + 1, cases - yes)) if yes < cases else 1.0
-    return low, high
+    low, high = binomtest(yes, cases).proportion_ci(method="exact")
+    return float(low), float(high)
 
 
 @dataclass(frozen=True)

@@ -50,13 +50,7 @@ class CampaignScore(Score):
 
 
 def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
-    """Put the scored cases of a campaign together.
-
-    Parameters
-    ----------
-    scores : sequence of CaseScore
-        In any order.
-    """
+    """Put the scored cases of a campaign together."""
     rates: list[Rate] = []
     single = [one for one in scores if one.kind == "single"]
     for name, low, high in BANDS:

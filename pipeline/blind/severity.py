@@ -113,16 +113,8 @@ def trace_of(
 ) -> FloatArray:
     """Difference that the fault makes, by window (windows, k, 12).
 
-    Parameters
-    ----------
-    sick, well : Craft
-        The vehicle with and without the fault.
-    belief : Belief
-        Of its autopilot.
-    flights : sequence of (Flight, ndarray)
-        Runs of the sick vehicle, and the forces from outside on them.
-    sensors : Sensors
-        What is measured.
+    `belief` is that of the autopilot; `flights` are runs of the sick vehicle, with the forces from
+    outside on them.
     """
     out = []
     for flight, outside in flights:

@@ -50,16 +50,8 @@ def fault_that_shows(
 ) -> tuple[Fault, float]:
     """Draw a fault and its size, anew where on these runs it cannot be seen at any size.
 
-    Some cannot however they are drawn; then the one that shows most is returned.
-
-    Parameters
-    ----------
-    what : str
-        Effect of the library, or trouble.
-    durations_s : tuple of float
-        Of the runs of the case.
-    stage, well, wanted, floors, kinds, seeds, rng
-        As of `size_for`.
+    Some cannot however they are drawn; then the one that shows most is returned. `what` is an
+    effect of the library, or trouble; the others are as of `size_for`.
     """
     drawn_so_far: list[tuple[float, Fault, float]] = []
     for _ in range(_DRAWS):
@@ -87,24 +79,8 @@ def size_for(
 ) -> tuple[float, float]:
     """Return the size whose gap ratio comes nearest to the wanted one, and that ratio.
 
-    Parameters
-    ----------
-    stage : CaseWorld
-        The case.
-    well : Craft
-        The vehicle without the fault.
-    fault : Drawn or Trouble
-        With its size open.
-    wanted : float
-        Gap over healthy floor.
-    floors : Floors
-        Of this vehicle on these manoeuvres.
-    kinds : sequence of str
-        Runs of the case; two of the first four are flown.
-    seeds : SeedSequence
-        Of the flights.
-    rng : Generator
-        Chooses the two.
+    `well` is the vehicle without the fault, `wanted` the gap over its healthy floor on these
+    manoeuvres; of the first four of the case's `kinds` of runs `rng` chooses two that are flown.
     """
     picked = [kinds[k] for k in sorted(rng.choice(4, size=2, replace=False))]
     target = float(np.sqrt(max(wanted, 1.01) ** 2 - 1.0))

@@ -94,23 +94,9 @@ def score_case(
 ) -> CaseScore:
     """Score a verdict.
 
-    Parameters
-    ----------
-    case : str
-        Name of the case.
-    label : CaseLabel
-        The opened label.
-    verdict : mapping
-        The content of ``diagnosis.json``, or ``{"refused": reason}`` where the data were called
-        hopeless.
-    elapsed_s : float, optional
-        Time of the diagnosis; that of the verdict otherwise. [s]
-    baselines : mapping, optional
-        Name of a baseline -> the effect that it puts first.
-
-    Returns
-    -------
-    CaseScore
+    The content of ``diagnosis.json``, or ``{"refused": reason}`` where the data were called
+    hopeless. `elapsed_s` is the time of the diagnosis, that of the verdict otherwise [s];
+    `baselines` name the effect that each baseline puts first.
     """
     refused = str(verdict.get("refused", ""))
     answer = verdict.get("verdict", {})

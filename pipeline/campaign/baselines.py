@@ -58,14 +58,7 @@ class _Measured:
 def bic_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunTable]) -> str:
     """Name the effect that least squares and BIC put first, or ``none``.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Its sensors say how noisy each channel is.
-    packed : PackedVehicle
-        The vehicle as its file states it.
-    runs : sequence of RunTable
-        With attitude, rates and velocity; ``refused`` otherwise.
+    ``refused`` where the runs have no attitude, rates and velocity.
     """
     measured = [one for one in (_measured(vehicle, table) for table in runs) if one is not None]
     if not measured:

@@ -25,17 +25,7 @@ _DISTRUST = """\
 
 
 def write_page(result: CampaignResult[CampaignScore], request: BlindRequest, page: Path) -> None:
-    """Write the page and its pictures beside it, each whole or not at all.
-
-    Parameters
-    ----------
-    result : CampaignResult
-        The campaign.
-    request : BlindRequest
-        What was asked for, for the command on the page.
-    page : Path
-        ``*.md``; pictures go to ``images`` beside it.
-    """
+    """Write the page and its pictures, into ``images`` beside it, each whole or not at all."""
     write_pictures(page, "blind", result.score.rates, result.score.confusion)
     write_atomically(page, _text(result, request, page))
 

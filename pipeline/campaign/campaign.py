@@ -90,18 +90,9 @@ def run_cases(
 ) -> CampaignResult[S_co]:
     """Run the cases of a campaign that have no line yet, and score all that are done.
 
-    Parameters
-    ----------
-    request : CampaignRequest
-        The campaign.
-    header : mapping
-        What makes its cases what they are: ``schema``, ``code`` (of the program) and more.
-    run : callable
-        From a number to the line; another process must be able to import it.
-    score : callable
-        From the lines of cases that could be made to the score.
-    said : callable
-        Told of every case.
+    `header` is what makes its cases what they are: ``schema``, ``code`` (of the program) and more.
+    `run` makes a line of a number (another process must be able to import it), `score` the score of
+    the lines of cases that could be made; `said` is told of every case.
 
     Raises
     ------
@@ -144,12 +135,8 @@ def judged(
 ) -> tuple[CaseLabel, Mapping[str, Any], float]:
     """Diagnose a case whose label is sealed, and open it when the verdict is on disk.
 
-    A fault of the program is no right answer, and told.
-
-    Returns
-    -------
-    tuple
-        Label, content of the verdict, time that it took [s].
+    A fault of the program is no right answer, and told. Returns the label, the content of the
+    verdict, and the time that it took [s].
     """
     began = time.perf_counter()
     try:

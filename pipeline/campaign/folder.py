@@ -20,15 +20,6 @@ HEADER_FILE, CASES_FILE = "campaign.json", "cases.jsonl"
 def claim_folder(lines_file: Path, header: Mapping[str, Any], *, resume: bool) -> None:
     """Write what a campaign is, or check that the folder holds this one.
 
-    Parameters
-    ----------
-    lines_file : Path
-        Lines of its cases.
-    header : mapping
-        What makes its cases what they are.
-    resume : bool
-        Whether it may be there already.
-
     Raises
     ------
     InputError

@@ -15,14 +15,7 @@ def as_they_come(
 ) -> Iterator[Result]:
     """Run cases, and yield what comes of them: in their order with one process, in any with more.
 
-    Parameters
-    ----------
-    run : callable
-        From a case to its result; another process must be able to import it.
-    cases : sequence
-        What is given to it.
-    processes : int
-        Cases at a time. One runs them here.
+    Another process must be able to import `run`.
     """
     if processes == 1 or len(cases) < 2:
         yield from map(run, cases)

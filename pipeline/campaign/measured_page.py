@@ -23,17 +23,7 @@ _CASES_HEAD = (
 
 
 def write_page(result: CampaignResult[Score], request: MeasuredRequest, page: Path) -> None:
-    """Write tables between the marks of a page, and pictures into `images` beside it.
-
-    Parameters
-    ----------
-    result : CampaignResult
-        The campaign.
-    request : MeasuredRequest
-        What was asked for, for the command on the page.
-    page : Path
-        ``*.md``.
-    """
+    """Write tables between the marks of a page, and pictures into `images` beside it."""
     score = result.score
     write_pictures(page, "measured", score.goals, score.confusion)
     cases = page.with_name(f"{page.stem}_cases.csv")

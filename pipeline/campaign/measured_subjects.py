@@ -37,14 +37,7 @@ class MeasuredSubject:
 
 
 def load_subjects(data: Path, cache: Path) -> list[MeasuredSubject]:
-    """Read every measured vehicle of a folder.
-
-    Parameters
-    ----------
-    data : Path
-        Folder of folders.
-    cache : Path
-        Where logs are put that are made of other files.
+    """Read every measured vehicle of a folder; logs made of other files go to `cache`.
 
     Raises
     ------

@@ -27,18 +27,9 @@ def asked_for(request: CampaignRequest) -> str:
 
 
 def write_block(page: Path, name: str, title: str, text: str) -> None:
-    """Put a text between the marks of a page; a page that is not there is begun.
+    """Put a text between ``<!-- name -->`` and ``<!-- end of name -->`` of a Markdown page.
 
-    Parameters
-    ----------
-    page : Path
-        Markdown with ``<!-- name -->`` and ``<!-- end of name -->``.
-    name : str
-        Of the block.
-    title : str
-        Of a page that is begun.
-    text : str
-        What stands in it.
+    A page that is not there is begun, with a title.
 
     Raises
     ------
@@ -140,20 +131,7 @@ def _cell(one: Rate, digits: int) -> str:
 def confusion_picture(
     truths: Sequence[str], answers: Sequence[str], counts: Sequence[Sequence[int]]
 ) -> str:
-    """Draw the confusion matrix; each row is shaded by its own shares.
-
-    Parameters
-    ----------
-    truths, answers : sequence of str
-        Names of rows and columns.
-    counts : sequence of sequence of int
-        Cases, by row.
-
-    Returns
-    -------
-    str
-        SVG.
-    """
+    """Draw the confusion matrix as SVG; each row is shaded by its own shares."""
     table = np.array(counts, float).reshape(len(truths), len(answers))
     shares = table / np.maximum(table.sum(axis=1, keepdims=True), 1.0)
     left, top, cell = 12.0 + 3.2 * max(map(len, truths)), 8.0, 9.4
@@ -178,17 +156,9 @@ def confusion_picture(
 
 
 def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
-    """Draw rates with their bounds, one below the other; those that miss their goal are orange.
+    """Draw rates with their bounds as SVG, one below the other; a missed goal is orange.
 
-    Parameters
-    ----------
-    rows : sequence of (str, float, float, float, bool)
-        What it is, the rate, its lower and upper bound, and whether its goal is met.
-
-    Returns
-    -------
-    str
-        SVG.
+    A row is what it is, the rate, its lower and upper bound, and whether its goal is met.
     """
     names, share, low, high, met = zip(*rows, strict=True) if rows else ((),) * 5
     levels, whole = 10.0 * np.arange(len(rows)) + 6.0, 4.0 + 10.0 * max(len(rows), 1)

@@ -87,12 +87,7 @@ class Craft:
 def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Craft:
     """Build the vehicle exactly as its file states it.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With a `model` section.
-    static : StaticCharacteristic, optional
-        The bench's family, for thrusters of the kind ``tables``.
+    `static` is the bench's family, for thrusters of the kind ``tables``.
 
     Raises
     ------

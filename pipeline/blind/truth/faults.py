@@ -19,18 +19,10 @@ Change = Callable[[Craft, Values, int], Craft]
 def with_fault(
     craft: Craft, effect: str, values: Mapping[str, float], thruster: str | None = None
 ) -> Craft:
-    """Return the craft with an effect at work.
+    """Return the craft with an effect of the library at work.
 
-    Parameters
-    ----------
-    craft : Craft
-        The vehicle without it.
-    effect : str
-        Id of the library.
-    values : mapping
-        Parameters in the units of the library; those that are not named are neutral.
-    thruster : str, optional
-        Which one, for effects of one thruster.
+    `values` are in the units of the library; those that are not named are neutral. `thruster` is
+    which one, for effects of one thruster.
 
     Raises
     ------

@@ -178,26 +178,10 @@ def read_all(
 ) -> Log:
     """Read every instrument that the vehicle file states.
 
-    Parameters
-    ----------
-    flight : TruthFlight
-        The motion.
-    craft : Craft
-        The vehicle as it is.
-    sensors : Sensors
-        Rates, noise, mounting.
-    weather : Weather
-        How noisy the day is.
-    rng : Generator
-        Each instrument takes a stream of its own.
-    supply : ndarray, shape (m,)
-        Share of the nominal voltage at each command.
-
-    Returns
-    -------
-    dict of Reading
-        "command", and of "imu", "dvl" (body axes), "depth", "position", "shaft_speed", "voltage"
-        those on board. The IMU's columns: rate 3, specific force 3, quaternion w x y z.
+    "command", and of "imu", "dvl" (body axes), "depth", "position", "shaft_speed", "voltage" those
+    on board. The IMU's columns: rate 3, specific force 3, quaternion w x y z. `weather` says how
+    noisy the day is, `supply` (m,) is the share of the nominal voltage at each command; each
+    instrument takes a stream of its own of `rng`.
     """
     streams = rng.spawn(6)
     end = flight.time_s[-1]
