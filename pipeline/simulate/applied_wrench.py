@@ -23,26 +23,11 @@ def actuator_states(
     *,
     vector: FloatArray | None = None,
 ) -> FloatArray:
-    """Effective codes, or shaft speeds, of the thrusters that a run of commands leads to.
+    """Effective codes, or shaft speeds, of the thrusters that commands (m, n) lead to, (m + 1, n).
 
+    Each command is held for a period [s]; the states are those at its start, and at the end of all.
     The kernel itself is run, with a body too heavy to move. That is exact where a thruster follows
     its code by a lag; where the torque balance is solved in time the shafts turn as at rest.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    command : ndarray, shape (m, n)
-        Codes, each held for a period.
-    period_s : float
-        [s]
-    vector : ndarray, optional
-        Parameter vector in place of the nominal one.
-
-    Returns
-    -------
-    ndarray, shape (m + 1, n)
-        At the start of each period, and at the end.
     """
     fixed = (packed.vector if vector is None else vector).copy()
     write(fixed, "mass", _IMMOVABLE_KG)
@@ -62,25 +47,10 @@ def thruster_wrench(
     *,
     vector: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Wrench of the thrusters about the body origin, and the thrust of each.
+    """Wrench (m, 6) of the thrusters about the body origin [N, N m], thrust (m, n) of each [N].
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    actuator : ndarray, shape (m, n)
-        Effective codes or shaft speeds.
-    nu_relative : ndarray, shape (m, 6)
-        Velocity relative to the water, body axes. [m/s, rad/s]
-    vector : ndarray, optional
-        Parameter vector in place of the nominal one.
-
-    Returns
-    -------
-    wrench : ndarray, shape (m, 6)
-        [N, N m]
-    thrust_n : ndarray, shape (m, n)
-        [N]
+    For `actuator` (m, n), effective codes or shaft speeds, at `nu_relative` (m, 6), the velocity
+    relative to the water in body axes [m/s, rad/s].
     """
     count = len(packed.thruster_names)
     padded = np.zeros((len(actuator), STATE - BODY))
@@ -112,16 +82,8 @@ def hull_wrench(packed: PackedVehicle, attitude: FloatArray, nu_relative: FloatA
     """Wrench (m, 6) of Coriolis terms, damping and restoring on the hull [N, N m].
 
     Away from walls and without a tether: with the thrusters' wrench tau and the mass matrix M the
-    model is M nu_r' = wrench + tau.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    attitude : ndarray, shape (m, 4)
-        Unit quaternions w x y z, body to NED.
-    nu_relative : ndarray, shape (m, 6)
-        Velocity relative to the water, body axes. [m/s, rad/s]
+    model is M nu_r' = wrench + tau. `attitude` (m, 4) are unit quaternions w x y z, body to NED,
+    `nu_relative` (m, 6) the velocity relative to the water, body axes [m/s, rad/s].
     """
     vector, count = packed.vector.copy(), len(nu_relative)
     for name in _OF_THE_PLACE:

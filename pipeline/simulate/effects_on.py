@@ -22,18 +22,8 @@ def effects_on(
 ) -> Callable[[FloatArray], FloatArray]:
     """Return what turns a vector of the vehicle into the one with effects switched on.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    specs : sequence of EffectSpec
-        Effects with their values.
-
-    Returns
-    -------
-    callable
-        Takes a vector, which it does not change, and returns another one; raises
-        `CannotComputeError` where `apply_effects` does, or where no body can be like what is left.
+    It takes a vector, which it does not change, and returns another one; raises
+    `CannotComputeError` where `apply_effects` does, or where no body can be like what is left.
 
     Raises
     ------

@@ -115,21 +115,10 @@ class PayloadSchedule:
     def change(
         self, time_s: float, state: FloatArray, nu_dot: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Let the events up to a time happen.
+        """Let the events up to a time [s] happen; return state and parameter vector from then on.
 
-        Parameters
-        ----------
-        time_s : float
-            [s]
-        state : ndarray
-            Kernel state; not changed.
-        nu_dot : ndarray, shape (6,), optional
-            Acceleration just before, for the load on the latch; zero without it.
-
-        Returns
-        -------
-        tuple
-            State and parameter vector from here on.
+        `state` is the kernel's and is not changed; `nu_dot` (6,) is the acceleration just before,
+        for the load on the latch, zero without it.
         """
         for event in self.due(time_s):
             # what it carries now was carried before the event, too
@@ -265,20 +254,10 @@ def latch_loads(
     *,
     vector: FloatArray,
 ) -> list[LatchLoad]:
-    """Compute what every latch of the vehicle file carries.
+    """Compute what every latch of the vehicle file carries along a true motion.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The true motion.
-    packed : PackedVehicle
-        The nominal vehicle.
-    model : Model
-        Its model; modules without a latch are passed over.
-    outcomes : sequence of EventOutcome
-        What was attached and released.
-    vector : ndarray
-        The true parameter vector: current and density of the water.
+    Modules of the model without a latch are passed over. `outcomes` say what was attached and
+    released, `vector` is the true one: current and density of the water.
     """
     from scipy.spatial.transform import Rotation
 

@@ -242,21 +242,9 @@ def run_changing(
 ) -> Trajectory:
     """Run commands open loop while something happens to the vehicle.
 
-    Parameters
-    ----------
-    packed, commands, dt_s, start
-        As `run` takes them.
-    mover : Mover
-        As `fly` takes it.
-    change : FlightChange
-        Asked at the start and at the times `at_s`.
-    at_s : sequence of float
-        Times of the changes, each moved to the next step. [s]
-
-    Returns
-    -------
-    Trajectory
-        At the time of a change the sample is that of just after.
+    `packed`, `commands`, `dt_s`, `start` are as `run` takes them, `mover` as `fly` does. `change`
+    is asked at the start and at the times `at_s` [s], each moved to the next step; the sample there
+    is that of just after.
     """
     edges = sorted({min(int(np.ceil(t / dt_s - 1e-9)), len(commands)) for t in at_s} | {0})
     state = initial_state() if start is None else start

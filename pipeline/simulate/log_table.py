@@ -19,26 +19,11 @@ LARGEST_GAP_PERIODS = 2.5
 def table_of_log(
     log: Log, sensors: Sensors, *, name: str = "simulated", period_s: float = 0.02
 ) -> RunTable:
-    """Resample a simulated log to one time base.
+    """Resample a simulated log to one time base, from 0 at the first command.
 
     Values are interpolated linearly between readings (attitude along the shortest turn); the
-    command is the mean over the step that follows.
-
-    Parameters
-    ----------
-    log : dict of Channel
-        From `pipeline.simulate.sensors.measure`.
-    sensors : Sensors
-        The same that measured: mounting of the DVL.
-    name : str
-        Name of the run.
-    period_s : float
-        Period of the time base. [s]
-
-    Returns
-    -------
-    RunTable
-        `time_s` from 0, the first command's time.
+    command is the mean over the step that follows. `sensors` are those that measured: mounting of
+    the DVL.
     """
     command = log["command"]
     begin, end = command.valid_s[[0, -1]]

@@ -28,13 +28,7 @@ def vector_under(known: Conditions, vector: FloatArray) -> FloatArray:
     Applied last, on whatever vector is asked for: effects switched on, free parameters moved.
     Buoyancy, added mass, quadratic damping and lift are in proportion to the density of the water;
     linear damping and the thrust at a code stay, because viscosity and the drive decide them.
-
-    Parameters
-    ----------
-    known : Conditions
-        How the vehicle differed from its file.
-    vector : ndarray
-        Parameter vector of the vehicle.
+    `known` says how the vehicle differed from its file.
 
     Raises
     ------

@@ -46,16 +46,9 @@ def initial_state(
     attitude_rad: Sequence[float] = (0.0, 0.0, 0.0),
     nu: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
 ) -> FloatArray:
-    """Kernel state from position, roll-pitch-yaw and velocity over ground.
+    """Kernel state from position, attitude and velocity over ground. [m], [rad], [m/s, rad/s].
 
-    Parameters
-    ----------
-    position_ned_m : sequence of 3 floats
-        [m]
-    attitude_rad : sequence of 3 floats
-        Roll, pitch, yaw (rotation order z, y, x). [rad]
-    nu : sequence of 6 floats
-        [m/s, rad/s]
+    The attitude is roll, pitch, yaw (rotation order z, y, x).
     """
     from scipy.spatial.transform import Rotation
 

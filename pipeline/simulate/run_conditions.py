@@ -96,14 +96,7 @@ class RunSetup:
 
 
 def run_setup(vehicle: Vehicle, model: Model, notes: RunNotes | None) -> RunSetup:
-    """Read what the notes of a run say of its vehicle.
-
-    Parameters
-    ----------
-    vehicle, model : Vehicle, Model
-        As the vehicle file states them.
-    notes : RunNotes, optional
-        Of the run.
+    """Read what the notes of a run, if any, say of its vehicle.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""A tether without a vehicle: its shape at rest, and its motion between given ends."""
+"""A tether without a vehicle: its shape at rest between two points."""
 
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,19 +8,19 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.catenary import uniform_load_cable
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
-from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
-from pipeline.simulate.run import check_step
-from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherState
 from pipeline.simulate.tether_arrays import (
     TetherRecord,
     history,
     prepare,
     refuse,
     refuse_short,
-    velocities,
 )
-from pipeline.types import ArrayLike, FloatArray
+from pipeline.types import FloatArray
+
+#: Step of the relaxation. [s]
+_STEP_S = 0.1
 
 
 def hang(
@@ -70,21 +70,31 @@ def hang(
     )
     if settle_s <= 0:
         return state
-    steps = max(int(np.ceil(settle_s / 0.1)), 1)
-    settled = swing(
-        tether,
-        state,
-        steps=steps,
-        dt_s=0.1,
-        lower="held",
-        current_mps=current,
-        settle=True,
-    ).final
-    return TetherState(
-        position_ned_m=settled.position_ned_m,
-        velocity_ned_mps=np.zeros_like(settled.velocity_ned_mps),
-        rest_length_m=settled.rest_length_m,
+    steps = max(int(np.ceil(settle_s / _STEP_S)), 1)
+    inputs = prepare(tether, state, steps=steps, current_mps=current)
+    out = TetherRecord.empty(steps, len(inputs.place))
+    status = kernel.swing(
+        inputs.cable,
+        inputs.winch,
+        inputs.profile,
+        kernel.HELD,
+        inputs.top_velocity,
+        np.zeros((1, 3)),
+        inputs.commands,
+        inputs.fastest_water,
+        _STEP_S,
+        True,  # nodes are stopped at each peak of their energy, which brings them to rest
+        inputs.place,
+        inputs.speed,
+        inputs.rest,
+        inputs.carried,
+        out.place,
+        out.tension,
+        out.ends,
+        out.logs,
     )
+    refuse(status, tether, _STEP_S)
+    return replace(state, position_ned_m=history(out, inputs, dt_s=_STEP_S).final.position_ned_m)
 
 
 def _starting_shape(
@@ -131,86 +141,3 @@ def _catenary(tether: LumpedMassTether, top: FloatArray, lower: FloatArray) -> F
         end = top + (end - top) * min(1.0, 0.999 * length / float(np.linalg.norm(end - top)))
     place, _ = uniform_load_cable(s, length_m=length, start_m=top, end_m=end, load_npm=load)
     return np.asarray(place + s[:, None] / length * (lower - end), dtype=float)
-
-
-def swing(
-    tether: LumpedMassTether,
-    state: TetherState,
-    *,
-    steps: int,
-    dt_s: float,
-    lower: Literal["free", "held"],
-    current_mps: FloatArray,
-    top_velocity_mps: FloatArray | None = None,
-    lower_velocity_mps: FloatArray | None = None,
-    current_profile: FloatArray | None = None,
-    winch: Winch | None = None,
-    winch_command: ArrayLike = 0.0,
-    settle: bool = False,
-) -> TetherHistory:
-    """Simulate a tether without a vehicle.
-
-    Parameters
-    ----------
-    tether : LumpedMassTether
-        The cable.
-    state : TetherState
-        To start from.
-    steps, dt_s : int, float
-        Number of steps and their length [s]; sub-steps are chosen inside.
-    lower : {"free", "held"}
-        Whether the lower end hangs free or is held, or moved.
-    current_mps : ndarray, shape (3,)
-        NED. [m/s]
-    top_velocity_mps, lower_velocity_mps : ndarray, shape (3,) or (steps, 3), optional
-        Of the ends, NED, held for a step each; at rest otherwise. [m/s]
-    current_profile : ndarray, shape (k, 4), optional
-        Rows of depth [m] and velocity NED [m/s] that is added to the current, by rising depth;
-        linear in between, constant beyond.
-    winch : Winch, optional
-        At the top.
-    winch_command : float or ndarray, shape (steps,)
-        u, between -1 and 1. [-]
-    settle : bool
-        Whether the nodes are stopped at each peak of their energy, which brings them to rest.
-
-    Raises
-    ------
-    CannotComputeError
-        A number is not one, the step is too large, or more cable was paid out than there is
-        room for.
-    """
-    check_step(dt_s)
-    inputs = prepare(
-        tether,
-        state,
-        steps=steps,
-        current_mps=current_mps,
-        current_profile=current_profile,
-        top_velocity_mps=top_velocity_mps,
-        winch=winch,
-        winch_command=winch_command,
-    )
-    out = TetherRecord.empty(steps, len(inputs.place))
-    status = kernel.swing(
-        inputs.cable,
-        inputs.winch,
-        inputs.profile,
-        kernel.FREE if lower == "free" else kernel.HELD,
-        inputs.top_velocity,
-        velocities("lower end", lower_velocity_mps, steps),
-        inputs.commands,
-        inputs.fastest_water,
-        float(dt_s),
-        settle,
-        inputs.place,
-        inputs.speed,
-        inputs.rest,
-        inputs.carried,
-        out.place,
-        out.tension,
-        out.ends,
-        out.logs,
-    )
-    refuse(status, tether, dt_s)
-    return history(out, inputs, dt_s=dt_s)

@@ -63,18 +63,9 @@ def tether_force(
 ) -> FloatArray | None:
     """Force and moment of the tether on the vehicle at every row of a run (m, 6) [N, N m].
 
-    Body axes, about the body origin; None where the run has no tether.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle of the file.
-    sensors : Sensors
-        Places of DVL and depth gauge.
-    table : RunTable
-        The run; what is missing at its start is taken for rest at the NED origin.
-    setup : RunSetup
-        Tether, winch, ballast and events of the run.
+    Body axes, about the body origin; None where the run has no tether. What is missing at the start
+    of the `table` is taken for rest at the NED origin; `setup` is tether, winch, ballast and events
+    of the run.
 
     Raises
     ------

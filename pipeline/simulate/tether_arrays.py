@@ -57,12 +57,12 @@ def prepare(
     *,
     steps: int,
     current_mps: FloatArray,
-    current_profile: FloatArray | None,
-    top_velocity_mps: FloatArray | None,
-    winch: Winch | None,
-    winch_command: ArrayLike,
+    current_profile: FloatArray | None = None,
+    top_velocity_mps: FloatArray | None = None,
+    winch: Winch | None = None,
+    winch_command: ArrayLike = 0.0,
 ) -> Prepared:
-    """Return the kernel's arrays; arguments as in `tether_alone.swing`."""
+    """Return the kernel's arrays; arguments as of `fly_tethered`."""
     current = np.asarray(current_mps, float)
     profile = np.zeros((0, 4)) if current_profile is None else np.array(current_profile, float)
     if (

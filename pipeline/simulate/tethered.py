@@ -60,8 +60,8 @@ def fly_tethered(
     top_velocity_mps : ndarray, shape (3,) or (m, 3), optional
         Velocity of the upper end (the ship), NED, held for a step each. [m/s]
     current_profile : ndarray, shape (k, 4), optional
-        Current that the tether feels on top, by depth; see `tether_alone.swing`. The vehicle does
-        not feel it.
+        Rows of depth [m] and velocity NED [m/s] that the tether feels on top, by rising depth;
+        linear in between, constant beyond. The vehicle does not feel it.
     winch : Winch, optional
         At the upper end; without it the length stays.
     winch_command : float or ndarray, shape (m,)

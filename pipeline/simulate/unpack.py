@@ -19,14 +19,8 @@ def changed_keys(
 ) -> dict[str, Change]:
     """Keys of the vehicle file (frame of the file's own model: SNAME) for a parameter vector.
 
-    Parameters
-    ----------
-    vehicle, model : Vehicle, Model
-        As the file states them.
-    packed : PackedVehicle
-        The same, packed.
-    vector : ndarray
-        Parameter vector of the vehicle as it is to be.
+    `vehicle` and `model` are as the file states them, `packed` the same, `vector` that of the
+    vehicle as it is to be.
     """
     old = packed.vector
     changes: dict[str, Change] = {}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import j0, jn_zeros
+from tether_swing import swing
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_cable import Cable, TetherSolution
@@ -15,7 +16,7 @@ from pipeline.physics.tether_footprint import Footprint, ned_from_paper
 from pipeline.physics.tether_static import FlowField, solve_tether
 from pipeline.physics.winch import Winch
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
-from pipeline.simulate.tether_alone import hang, swing
+from pipeline.simulate.tether_alone import hang
 
 RHO, GRAVITY = 1025.0, 9.81
 NEUTRAL = RHO * np.pi / 4 * 0.014**2
