@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -36,28 +37,18 @@ class ChannelNoise:
         return float(np.hypot(slow, self.bias) if offset else slow)
 
 
-#: What stands for a noise that the vehicle file leaves at zero, and for a sensor it leaves out.
-_FLOORS = {
-    "angular_velocity": 2e-4,
-    "specific_force": 5e-3,
-    "attitude": 5e-4,
-    "velocity": 2e-3,
-    "depth": 2e-3,
-    "position": 5e-3,
+#: Quantity -> unit, and what stands for a noise that the vehicle file leaves out.
+_UNIT_AND_FLOOR = {
+    "angular_velocity": ("rad/s", 2e-4),
+    "specific_force": ("m/s^2", 5e-3),
+    "attitude": ("rad", 5e-4),
+    "velocity": ("m/s", 2e-3),
+    "depth": ("m", 2e-3),
+    "position": ("m", 5e-3),
 }
-_UNITS = {
-    "angular_velocity": "rad/s",
-    "specific_force": "m/s^2",
-    "attitude": "rad",
-    "velocity": "m/s",
-    "depth": "m",
-    "position": "m",
-}
-
-
 _OF_THRUSTERS = ("command", "shaft_speed")
 #: What a fit can use of a run.
-QUANTITIES = tuple(_FLOORS)
+QUANTITIES = tuple(_UNIT_AND_FLOOR)
 
 
 def channel_noise(sensors: Sensors, runs: Sequence[RunTable]) -> tuple[ChannelNoise, ...]:
@@ -66,51 +57,35 @@ def channel_noise(sensors: Sensors, runs: Sequence[RunTable]) -> tuple[ChannelNo
     A sensor that the vehicle file leaves out is taken at the origin with the least noise that is
     credible; the fit then finds what it really is from the residuals.
     """
-    imu, dvl = sensors.imu, sensors.dvl
+    imu, dvl, depth, fix = sensors.imu, sensors.dvl, sensors.depth, sensors.position
     stated: dict[str, ChannelNoise] = {}
+
+    def state(quantity: str, white: float, rate_hz: float, **more: Any) -> None:  # noqa: ANN401 - as fields
+        unit, _ = _UNIT_AND_FLOOR[quantity]
+        stated[quantity] = ChannelNoise(quantity, unit, white, rate_hz=rate_hz, **more)
+
     if imu is not None:
         rate, place = imu.rate_hz, imu.position_m
-        for quantity, white, bias in (
-            ("angular_velocity", imu.rate_noise_radps, imu.rate_bias_radps),
-            ("specific_force", imu.force_noise_mps2, imu.force_bias_mps2),
-        ):
-            stated[quantity] = ChannelNoise(
-                quantity, _UNITS[quantity], white, bias=bias, rate_hz=rate, place_m=place
-            )
-        stated["attitude"] = ChannelNoise(
-            "attitude",
-            "rad",
-            imu.attitude_noise_rad,
-            imu.attitude_wander_rad,
-            imu.attitude_wander_s,
-            rate_hz=rate,
-        )
+        noise, bias = imu.rate_noise_radps, imu.rate_bias_radps
+        state("angular_velocity", noise, rate, bias=bias, place_m=place)
+        noise, bias = imu.force_noise_mps2, imu.force_bias_mps2
+        state("specific_force", noise, rate, bias=bias, place_m=place)
+        wander, wander_s = imu.attitude_wander_rad, imu.attitude_wander_s
+        state("attitude", imu.attitude_noise_rad, rate, wander=wander, wander_s=wander_s)
     if dvl is not None:
-        stated["velocity"] = ChannelNoise(
-            "velocity", "m/s", dvl.noise_mps, rate_hz=dvl.rate_hz, place_m=dvl.position_m
-        )
-    if sensors.depth is not None:
-        depth = sensors.depth
-        stated["depth"] = ChannelNoise(
-            "depth",
-            "m",
-            depth.noise_m,
-            bias=depth.bias_m,
-            rate_hz=depth.rate_hz,
-            place_m=depth.position_m,
-        )
-    if sensors.position is not None:
-        stated["position"] = ChannelNoise(
-            "position", "m", sensors.position.noise_m, rate_hz=sensors.position.rate_hz
-        )
+        state("velocity", dvl.noise_mps, dvl.rate_hz, place_m=dvl.position_m)
+    if depth is not None:
+        state("depth", depth.noise_m, depth.rate_hz, bias=depth.bias_m, place_m=depth.position_m)
+    if fix is not None:
+        state("position", fix.noise_m, fix.rate_hz)
     found = []
-    for quantity, floor in _FLOORS.items():
+    for quantity, (unit, floor) in _UNIT_AND_FLOOR.items():
         if not any(was_measured(run, quantity) for run in runs):
             continue
-        channel = stated.get(quantity, ChannelNoise(quantity, _UNITS[quantity], 0.0, stated=False))
-        if channel.white <= 0.0:
-            channel = replace(channel, white=floor, stated=False)
-        found.append(channel)
+        channel = stated.get(quantity, ChannelNoise(quantity, unit, 0.0))
+        found.append(
+            channel if channel.white > 0.0 else replace(channel, white=floor, stated=False)
+        )
     return tuple(found)
 
 

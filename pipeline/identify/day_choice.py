@@ -23,22 +23,11 @@ _Piece = tuple[float, int, int, int]
 def choose_stretches(
     runs: Sequence[RunTable], code_max: FloatArray, budget_s: float
 ) -> tuple[tuple[RunTable, ...], tuple[RunUsed, ...], tuple[str, ...]]:
-    """Choose the stretches in which the commands change most.
+    """Choose the stretches of a day's runs in which the commands change most.
 
-    Parameters
-    ----------
-    runs : sequence of RunTable
-        The day's runs.
-    code_max : ndarray, shape (n,)
-        Largest code of each thruster.
-    budget_s : float
-        Seconds of run that may be taken in all. [s]
-
-    Returns
-    -------
-    tuple
-        The stretches as tables of their own, what they are, and a sentence for each run of which
-        nothing was taken.
+    `code_max` (n,) is the largest code of each thruster, `budget_s` the seconds of run that may be
+    taken in all. Returns the stretches as tables of their own, what they are, and a sentence for
+    each run of which nothing was taken.
     """
     pieces: list[_Piece] = []
     passed: list[str] = []

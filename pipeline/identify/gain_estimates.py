@@ -155,12 +155,8 @@ def joint_gains(run: RunLikelihood, levers: FloatArray, doubt: Doubt) -> Estimat
 def pool(values: Sequence[float], stds: Sequence[float], least_between: float = 0.0) -> Pooled:
     """Pool a gain over runs by random effects.
 
-    Parameters
-    ----------
-    values, stds : sequence of float
-        Of each run.
-    least_between : float
-        Standard deviation between runs that is taken at least: one or two runs tell none.
+    `least_between` is the standard deviation between runs that is taken at least: one or two runs
+    tell none.
 
     Examples
     --------

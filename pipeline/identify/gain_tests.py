@@ -35,15 +35,7 @@ class GainQuestion:
 
 
 def sentence(one: GainQuestion, runs: Sequence[str]) -> str:
-    """Say what was found, in which runs, and what to look at.
-
-    Parameters
-    ----------
-    one : GainQuestion
-        The clearest of the comparisons that it rests on.
-    runs : sequence of str
-        All runs that show it.
-    """
+    """Say what was found, in which `runs`, and what to look at; `one` is clearest of it."""
     figure = ""
     if one.value is not None and one.ci95 is not None:
         low, high = one.ci95
@@ -170,9 +162,7 @@ def adjusted(p_values: Sequence[float]) -> FloatArray:
     [0.003, 0.02, 0.008]
     """
     p = np.asarray(p_values, float)
-    order = np.argsort(p)
-    found = np.ones(p.size)
-    if p.size:
-        steps = p[order] * (p.size - np.arange(p.size))
-        found[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
+    order, found = np.argsort(p), np.ones(p.size)
+    steps = p[order] * (p.size - np.arange(p.size))
+    found[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
     return found

@@ -12,7 +12,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bounds import cut_std
 from pipeline.identify.channel_noise import channel_noise
-from pipeline.identify.output_error import FitSolution, Reduced, reduce_windows
+from pipeline.identify.output_error import FitSolution, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
@@ -68,16 +68,8 @@ def information_of_run(
     found = derivatives(problem, point)
     if not np.isfinite(found.parameters).all():
         raise CannotComputeError("the run cannot be simulated over its windows")
-    reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
-    return _without_shared(reduced, problem.size)
-
-
-def _without_shared(reduced: Reduced, count: int) -> FloatArray:
-    """Eliminate what the windows of a run share from the information on the parameters."""
-    shared = reduced.information[count:, count:] + reduced.prior[count:, count:]
-    cross = reduced.information[:count, count:]
-    alone = reduced.information[:count, :count]
-    return np.asarray(alone - cross @ np.linalg.solve(shared, cross.T))
+    reduced = reduce_windows(problem, found, point, np.ones(found.residual.size))
+    return reduced.of_parameters(problem.size)
 
 
 def best_manoeuvres(
@@ -96,7 +88,7 @@ def best_manoeuvres(
         return ()
     problem = solution.problem
     parameters = problem.parameters
-    present = _without_shared(solution.reduced, problem.size) + problem.precision
+    present = solution.reduced.of_parameters(problem.size) + problem.precision
     now = _left(present, parameters, found)
     best: dict[int, ManoeuvreGain] = {}
     for name, manoeuvre in MANOEUVRES.items():

@@ -83,10 +83,15 @@ def inverse_characteristic(
     )
     moving = () if mooring is None else points_under_way(mooring.points)
     if calculated is None:
-        _why_at_rest_only(static, () if moving else usable, dead_n, notes)
+        _why_at_rest_only(static, dead_n, notes, moored=bool(usable) and not moving)
     by_voltage = families_by_voltage(calculated, (*usable, *moving), vehicle)
     between = None if points else _between(by_voltage, vehicle, notes)
-    used = (*(points if between is None else usable), *_at_supply(moving, vehicle))
+    wanted = vehicle.tables.supply_voltage_v
+    if wanted is not None:
+        moving = tuple(
+            p for p in moving if p.voltage_v is None or is_at_supply(p.voltage_v, wanted)
+        )
+    used = (*(points if between is None else usable), *moving)
     families, firmware = _firmware(static, calculated, used, vehicle, between=between, notes=notes)
     source = static if calculated is not None else None
     voltages = () if firmware is None else voltage_rows(by_voltage, vehicle, source)
@@ -136,16 +141,6 @@ def _mooring_points(
         return (), usable if vehicle.tables.supply_voltage_v is not None else ()
 
 
-def _at_supply(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> tuple[MooringPoint, ...]:
-    """Keep the points at the supply voltage of the tables, where both are known."""
-    wanted = vehicle.tables.supply_voltage_v
-    return tuple(
-        one
-        for one in points
-        if wanted is None or one.voltage_v is None or is_at_supply(one.voltage_v, wanted)
-    )
-
-
 def _table3(
     points: tuple[MooringPoint, ...], sign: int, dead_n: float, notes: list[str]
 ) -> PolynomialFit | None:
@@ -156,30 +151,6 @@ def _table3(
     except CannotComputeError as error:
         notes.append(f"Table 3, {'positive' if sign > 0 else 'negative'} thrust: {error}.")
         return None
-
-
-def _why_at_rest_only(
-    static: StaticCharacteristic | None,
-    points: tuple[MooringPoint, ...],
-    dead_n: float,
-    notes: list[str],
-) -> None:
-    if static is not None:
-        notes.append(_why_no_family(static, dead_n))
-    if points:
-        notes.append(
-            "Without the static family the tables hold at rest only: the speed of the vehicle "
-            "takes thrust away, and nothing here says how much."
-        )
-
-
-def _between(by_voltage: dict[float, Signs], vehicle: Vehicle, notes: list[str]) -> Signs | None:
-    """Take the families at a voltage that was not moored from those beside it."""
-    wanted = vehicle.tables.supply_voltage_v
-    found = None if wanted is None else at_voltage(by_voltage, wanted)
-    if found is not None:
-        notes.append(f"The tables at {wanted:g} V are interpolated between its neighbours.")
-    return found
 
 
 def _firmware(
@@ -195,21 +166,17 @@ def _firmware(
     if calculated is None and not points:
         return None, None
     try:
-        families = between or _families(calculated, points, vehicle, notes)
+        families = between
+        if families is None:
+            rest = tuple(point for point in points if not point.marks)
+            reverses = vehicle.drive.code_min < 0
+            families = both_signs(calculated, rest, reverses=reverses, notes=notes)
+            families = with_points_under_way(families, points_under_way(points), notes)
         source = static if calculated is not None else None
         return families, firmware_grid(families, vehicle, source, points)
     except CannotComputeError as error:
         notes.append(f"No firmware tables: {error}.")
         return None, None
-
-
-def _families(
-    calculated: Family | None, points: tuple[MooringPoint, ...], vehicle: Vehicle, notes: list[str]
-) -> Signs:
-    moving = points_under_way(points)
-    at_rest = tuple(point for point in points if not point.marks)
-    families = both_signs(calculated, at_rest, reverses=vehicle.drive.code_min < 0, notes=notes)
-    return with_points_under_way(families, moving, notes)
 
 
 def _table4(
@@ -224,20 +191,39 @@ def _table4(
     return tuple(rows)
 
 
+def _between(by_voltage: dict[float, Signs], vehicle: Vehicle, notes: list[str]) -> Signs | None:
+    """Take the families at a voltage that was not moored from those beside it."""
+    wanted = vehicle.tables.supply_voltage_v
+    found = None if wanted is None else at_voltage(by_voltage, wanted)
+    if found is not None:
+        notes.append(f"The tables at {wanted:g} V are interpolated between its neighbours.")
+    return found
+
+
+def _why_at_rest_only(
+    static: StaticCharacteristic | None, dead_n: float, notes: list[str], *, moored: bool
+) -> None:
+    """Say why there are neither Table 4 nor firmware tables over speed."""
+    if static is not None:
+        notes.append(f"No Table 4 and no tables over speed: {_why_no_family(static, dead_n)}.")
+    if moored:
+        notes.append(
+            "Without the static family the tables hold at rest only: the speed of the vehicle "
+            "takes thrust away, and nothing here says how much."
+        )
+
+
 def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
-    """Say why the static family gives neither Table 4 nor firmware tables over speed."""
     code, thrust_n = static.code[-1], static.thrust_n[0][-1]
     if static.status[0][-1] == "no_working_point":
-        why = f"at rest the curves do not meet at code {code:g}"
-    elif thrust_n > dead_n:
-        why = (
+        return f"at rest the curves do not meet at code {code:g}"
+    if thrust_n > dead_n:
+        return (
             f"at rest code {code:g} alone gives thrust ({thrust_n:.3g} N), and a curve needs two "
             "codes. Codes are whole numbers: state those that the firmware sends (code_max under "
             "drives:)"
         )
-    else:
-        why = within_dead_thrust(code, thrust_n, dead_n)
-    return f"No Table 4 and no tables over speed: {why}."
+    return within_dead_thrust(code, thrust_n, dead_n)
 
 
 def _reach_check(firmware: FirmwareCharacteristic) -> Check:

@@ -151,22 +151,10 @@ def jackknife_covariance(
     r"""Covariance of least-squares coefficients from leaving out one cluster at a time (CR3).
 
     With few clusters their residuals are too small, because the fit follows them: most of all at
-    the ends of the variables. What the fit without a cluster misses it by is not.
-
-    Parameters
-    ----------
-    design : ndarray, shape (m, k)
-        Regressors.
-    residuals : ndarray, shape (m,)
-        Of ordinary least squares.
-    clusters : ndarray of int, shape (m,)
-        Label of the group whose errors go together.
-
-    Returns
-    -------
-    ndarray, shape (k, k), or None
-        None where some combination of coefficients rests on one cluster alone. Its quantile is
-        Student's t for the number of clusters less one.
+    the ends of the variables. What the fit without a cluster misses it by is not. `design` (m, k),
+    `residuals` (m,) are of ordinary least squares, `clusters` (m,) labels. None where some
+    combination of coefficients rests on one cluster alone; its quantile is Student's t for the
+    number of clusters less one.
 
     Notes
     -----

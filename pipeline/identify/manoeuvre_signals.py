@@ -99,13 +99,16 @@ def slope(values: FloatArray) -> FloatArray:
     return np.asarray((padded[2 * half :] - padded[: -2 * half]) / _SLOPE_S)
 
 
-def swings(values: FloatArray, least_slope: float, least_change: float) -> list[Swing]:
-    """Movements one way, faster than a slope and further than a change.
+def swings(
+    channel: FloatArray, part: Range, least_slope: float, least_change: float
+) -> list[Swing]:
+    """Movements one way within a part, faster than a slope and further than a change.
 
     >>> steps = np.repeat([0.0, 1.0, 1.0, 0.0], 50)
-    >>> [(swing.change > 0) for swing in swings(steps, 0.1, 0.5)]
+    >>> [(swing.change > 0) for swing in swings(steps, (0, 200), 0.1, 0.5)]
     [True, False]
     """
+    values = channel[slice(*part)]
     speed = slope(values)
     found: list[Swing] = []
     for sign in (1.0, -1.0):
@@ -114,7 +117,7 @@ def swings(values: FloatArray, least_slope: float, least_change: float) -> list[
             # the slope is seen before and after the movement itself
             change = float(values[end - 1] - values[begin])
             if sign * change >= least_change:
-                found.append(Swing(begin, end, change))
+                found.append(Swing(part[0] + begin, part[0] + end, change))
     return sorted(found, key=lambda swing: swing.begin)
 
 

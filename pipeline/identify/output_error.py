@@ -14,7 +14,6 @@ Pereyra 2003), so the system that is solved has the size of (x, s), and only wha
 enters its part of it.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -48,11 +47,16 @@ LONGEST_STEP = 3.0
 
 @dataclass(frozen=True)
 class Piece:
-    """What one window adds to the normal equations: at `index`, after its start is eliminated."""
+    """What one window adds to the normal equations: at `index`, after its start is eliminated.
+
+    Its start moves with a step d of (x, s) by first - second @ d[index].
+    """
 
     index: IntArray
     information: FloatArray
     score: FloatArray
+    first: FloatArray
+    second: FloatArray
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,17 @@ class Reduced:
     prior: FloatArray
     gradient: FloatArray
     pieces: tuple[Piece, ...]
+
+    def start_moves(self, step: FloatArray) -> FloatArray:
+        """How the starts (windows, 12) move with a step of (x, s)."""
+        return np.array([one.first - one.second @ step[one.index] for one in self.pieces])
+
+    def of_parameters(self, count: int) -> FloatArray:
+        """Information on x (count, count), what the windows share eliminated, without its prior."""
+        shared = self.information[count:, count:] + self.prior[count:, count:]
+        cross = self.information[:count, count:]
+        own = self.information[:count, :count] - cross @ np.linalg.solve(shared, cross.T)
+        return np.asarray(own, float)
 
 
 @dataclass(frozen=True)
@@ -123,32 +138,14 @@ def huber_weights(residual: FloatArray, soft: FloatArray) -> FloatArray:
 
 def reduce_windows(
     problem: FitProblem, found: Derivatives, point: FitPoint, weights: FloatArray
-) -> tuple[Reduced, list[tuple[FloatArray, FloatArray]]]:
-    """Eliminate every window's start from the normal equations.
-
-    Returns
-    -------
-    Reduced
-        The equations.
-    list of (ndarray, ndarray)
-        Per window how its start moves with a step d of (x, s): first - second @ d[index].
-    """
+) -> Reduced:
+    """Eliminate every window's start from the normal equations."""
     count = found.parameters.shape[1]
     size = count + problem.shared.size
-    root = np.sqrt(weights)[:, None]
-    design = (
-        np.column_stack(
-            [
-                found.starts,
-                found.parameters,
-                problem.shared.columns,
-                found.residual,
-            ]
-        )
-        * root
-    )
+    columns = (found.starts, found.parameters, problem.shared.columns, found.residual)
+    design = np.column_stack(columns) * np.sqrt(weights)[:, None]
     information, gradient = np.zeros((size, size)), np.zeros(size)
-    pieces, back = [], []
+    pieces = []
     for number, (begin, end) in enumerate(pairwise(problem.stack.bounds)):
         own = design[begin:end]
         # einsum, not matmul: BLAS would start threads of its own for these small products
@@ -159,15 +156,14 @@ def reduce_windows(
         beside[:, -1] -= point.starts[number]
         solved = np.linalg.solve(alone, beside)
         left = gram[12:, 12:] - gram[12:, :12] @ solved
-        piece = Piece(index, left[:-1, :-1], left[:-1, -1])
+        piece = Piece(index, left[:-1, :-1], left[:-1, -1], solved[:, -1], solved[:, :-1])
         information[np.ix_(index, index)] += piece.information
         gradient[index] += piece.score
         pieces.append(piece)
-        back.append((solved[:, -1], solved[:, :-1]))
     prior = np.zeros((size, size))
     prior[:count, :count] = problem.precision
     prior[count:, count:] = problem.shared.precision
-    return Reduced(information, prior, gradient, tuple(pieces)), back
+    return Reduced(information, prior, gradient, tuple(pieces))
 
 
 def total_cost(
@@ -191,16 +187,8 @@ def solve(
 ) -> FitSolution:
     """Minimise the cost by Gauss-Newton with step halving.
 
-    Parameters
-    ----------
-    problem : FitProblem
-        Windows and parameters.
-    begin : FitPoint, optional
-        Where to start; the nominal vehicle and the measured first states otherwise.
-    smallest_gain : float
-        Stop when a step promises less than this off the cost.
-    most_steps : int
-        The fit ends after so many where it stands.
+    From `begin`, or the nominal vehicle and the measured first states; until a step promises less
+    than `smallest_gain` off the cost, or so many were made.
 
     Raises
     ------
@@ -220,10 +208,10 @@ def solve(
         iteration += 1
         found = derivatives(problem, point)
         soft = softness_of(problem.stack, found.residual)
-        reduced, back = reduce_windows(problem, found, point, huber_weights(found.residual, soft))
+        reduced = reduce_windows(problem, found, point, huber_weights(found.residual, soft))
         step, gain, beyond, whole = _shared_step(problem, reduced, point)
         before = total_cost(problem, found.residual, soft, point)
-        point, cost = _search(problem, point, before, soft, step, _moves(reduced, step, back))
+        point, cost = _search(problem, point, before, soft, step, reduced.start_moves(step))
         # a step that promises little was the last one; so was one that led nowhere
         if cost >= before or (before - cost < smallest_gain and gain < 2 * smallest_gain):
             break
@@ -234,18 +222,8 @@ def solve(
         out_of_steps = True
     # settled is what promises less than one unit of a cost of so many
     converged = gain < max(1.0, 0.0 if out_of_steps else smallest_gain)
-    return FitSolution(
-        problem,
-        point,
-        reduced,
-        found.residual,
-        cost,
-        iteration,
-        converged,
-        beyond,
-        whole,
-        out_of_steps,
-    )
+    went = (found.residual, cost, iteration, converged, beyond, whole, out_of_steps)
+    return FitSolution(problem, point, reduced, *went)
 
 
 def _shared_step(
@@ -271,18 +249,6 @@ def _shared_step(
     # einsum, not matmul: BLAS would start threads of its own
     gain = float(2.0 * step @ pull - np.einsum("i,ij,j->", step, matrix, step))
     return step, gain, beyond[:count], whole
-
-
-def _moves(
-    reduced: Reduced, step: FloatArray, back: Sequence[tuple[FloatArray, FloatArray]]
-) -> FloatArray:
-    """How the starts (windows, 12) move with a step of (x, s)."""
-    return np.array(
-        [
-            first - second @ step[piece.index]
-            for piece, (first, second) in zip(reduced.pieces, back, strict=True)
-        ]
-    )
 
 
 def _search(  # noqa: PLR0917 - the state of one iteration

@@ -63,10 +63,11 @@ def posterior_of(solution: FitSolution) -> Posterior:
     """Posterior of the fitted parameters."""
     problem, reduced = solution.problem, solution.reduced
     count = problem.size
-    gain, inverse = _gain_and_covariance(solution)
+    inverse = np.linalg.inv(reduced.information + reduced.prior)
+    inverse = (inverse + inverse.T) / 2
     shares, influences = [], []
     for piece in reduced.pieces:
-        own = gain[:count, piece.index]
+        own = inverse[:count, piece.index]
         shares.append(np.einsum("ij,jk,ik->i", own, piece.information, own))
         influences.append(own @ piece.score)
     run_of = np.array([window.run for window in problem.stack.windows])
@@ -85,28 +86,6 @@ def posterior_of(solution: FitSolution) -> Posterior:
     few = stdtrit(degrees, 0.975) / NORMAL_95
     ratio = np.where(believed, np.maximum(few**2 * wider / variance, 1.0), 1.0)
     return _with_intervals(solution, inverse[:count, :count], np.sqrt(ratio))
-
-
-def _gain_and_covariance(solution: FitSolution) -> tuple[FloatArray, FloatArray]:
-    """How scores move the estimates of (x, s), and the covariance of what those are off by.
-
-    One matrix, the inverse of information and prior, where nothing is held. What is held learns
-    nothing; it is as uncertain as before, and what the others are off by for that is counted
-    (consider parameters; Schmidt 1966).
-    """
-    problem = solution.problem
-    matrix = solution.reduced.information + solution.reduced.prior
-    free = problem.free(len(matrix))
-    gain = np.zeros_like(matrix)
-    own = np.linalg.inv(matrix[np.ix_(free, free)])
-    gain[np.ix_(free, free)] = (own + own.T) / 2
-    if free.all():
-        return gain, gain
-    held = np.flatnonzero(~free)
-    prior = np.linalg.inv(problem.precision)[np.ix_(held, held)]
-    moved = -gain[:, free] @ matrix[np.ix_(free, held)]
-    moved[held] = np.eye(held.size)
-    return gain, gain + moved @ prior @ moved.T
 
 
 def _with_intervals(
@@ -148,7 +127,7 @@ def _middle(problem: FitProblem, covariance: FloatArray, known: FloatArray) -> F
     told = float(np.sum((1.0 - known)[forces]))
     lean = told * thrust.share / thrust.gains
     moved = covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean
-    return np.where(problem.free(len(covariance)), moved, 0.0)
+    return np.asarray(moved)
 
 
 def _degrees(shares: FloatArray) -> FloatArray:

@@ -32,20 +32,9 @@ def fit_polynomial(
 ) -> PolynomialFit:
     """Fit y = sum c_i x^i of a given degree and say how other degrees would have done.
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (m,)
-        Variable and measured quantity.
-    degree : int
-        Degree of the fit.
-    quantity, variable, unit : str
-        Names for the report, and the unit of `quantity`.
-    degree_reason : str
-        Why this degree; the evidence of the scores is appended.
-    sources : sequence of Source, optional
-        Row of each point, to name outliers by.
-    compared_degrees : sequence of int
-        Degrees to score beside the chosen one.
+    `x`, `y` (m,) are variable and measured quantity; `quantity`, `variable` and `unit` name them
+    for the report. The evidence of the scores is appended to `degree_reason`; outliers are named by
+    the row of each point in `sources`.
 
     Raises
     ------

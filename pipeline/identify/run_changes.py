@@ -158,7 +158,6 @@ class _RunEquations:
     """Normal equations of one run's (x, offsets), and how all unknowns move those (`design`)."""
 
     reduced: Reduced
-    back: list[tuple[FloatArray, FloatArray]]
     design: FloatArray
     matrix: FloatArray
     pull: FloatArray
@@ -236,14 +235,10 @@ class _Joint:
         share = min(1.0, LONGEST_STEP / max(longest, 1e-12))
         for number, one in enumerate(equations):
             point, own = self.points[number], one.design @ move
-            starts = [
-                first - second @ own[piece.index]
-                for piece, (first, second) in zip(one.reduced.pieces, one.back, strict=True)
-            ]
             self.points[number] = FitPoint(
                 point.steps,
                 point.shared + share * own[count:],
-                point.starts + share * np.array(starts),
+                point.starts + share * one.reduced.start_moves(own),
             )
         self.x = np.maximum(self.x + share * move[:count], self.problems[0].lowest)
         for shift, by in zip(self.taken, move[count:].tolist(), strict=False):
@@ -309,7 +304,7 @@ class _Joint:
                 own = stack.owner == k
                 soft[own] = np.maximum(soft[own], self.wider.get(rows.channel.quantity, 1.0))
             weights = huber_weights(known.residual, soft)
-            reduced, back = reduce_windows(problem, known, point, weights)
+            reduced = reduce_windows(problem, known, point, weights)
             # the prior of x is that of all runs together
             prior = reduced.prior.copy()
             prior[:count, :count] = 0.0
@@ -322,7 +317,7 @@ class _Joint:
             begin += shared
             pull = reduced.gradient - prior[:, count:] @ point.shared
             matrix = reduced.information + prior
-            found.append(_RunEquations(reduced, back, design, matrix, pull))
+            found.append(_RunEquations(reduced, design, matrix, pull))
         return found
 
     def _normal(self, equations: Sequence[_RunEquations]) -> tuple[FloatArray, FloatArray]:

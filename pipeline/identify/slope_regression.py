@@ -27,14 +27,9 @@ _FEWEST_BLOCKS = 4
 
 
 def blocks_of(stretch: IntArray, length: int) -> IntArray:
-    """Cut stretches into blocks of about `length` samples, and number them (m,).
+    """Cut stretches (m,), ascending, into blocks of about `length` samples, and number them (m,).
 
-    Parameters
-    ----------
-    stretch : ndarray of int, shape (m,)
-        Stretch of each sample, ascending; no block spans two, a short one is a block as it is.
-    length : int
-        Samples in a block.
+    No block spans two stretches; a short one is a block as it is.
 
     Examples
     --------

@@ -104,21 +104,12 @@ def leaky_sum(values: FloatArray, keep: float) -> FloatArray:
 
 
 def smoother_of_bandwidth(method: Method, bandwidth_hz: float, period_s: float) -> Smoother:
-    """Return the longest smoother whose derivative keeps a bandwidth.
-
-    Parameters
-    ----------
-    method : {"moving_average", "local_polynomial"}
-        Which.
-    bandwidth_hz : float
-        -3 dB of the derivative, at least. [Hz]
-    period_s : float
-        Period of the samples. [s]
+    """Return the longest smoother whose derivative keeps a bandwidth, its -3 dB [Hz], at least.
 
     Raises
     ------
     CannotComputeError
-        If even the shortest smoother has less: the samples are too far apart.
+        If even the shortest smoother has less: the samples, every `period_s`, are too far apart.
     """
     make = moving_average if method == "moving_average" else local_polynomial
     shortest = 1 if method == "moving_average" else POLYNOMIAL_ORDER + 2
@@ -137,15 +128,7 @@ def smoother_of_bandwidth(method: Method, bandwidth_hz: float, period_s: float) 
 
 
 def smooth(values: FloatArray, smoother: Smoother) -> Smoothed:
-    """Smooth a regularly sampled channel.
-
-    Parameters
-    ----------
-    values : ndarray, shape (m,) or (m, k)
-        Samples; NaN where there is none.
-    smoother : Smoother
-        The filter, made for the channel's period.
-    """
+    """Smooth a regularly sampled channel (m,) or (m, k), NaN where there is no sample."""
     finite = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1), bool)
     known = np.where(finite if values.ndim == 1 else finite[:, None], values, 0.0)
     half = max(smoother.value.size, smoother.derivative.size) // 2

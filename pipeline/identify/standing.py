@@ -45,7 +45,7 @@ class Halves:
 
 
 def at_rest(solution: FitSolution, posterior: Posterior) -> BoolArray:
-    """Tell which unknowns (p + q,) the fit has come to rest in; what is held is."""
+    """Tell which unknowns (p + q,) the fit has come to rest in."""
     if solution.converged:
         return np.ones(solution.problem.size, bool)
     wide = posterior.inflation * np.sqrt(np.diag(posterior.covariance))
@@ -55,10 +55,8 @@ def at_rest(solution: FitSolution, posterior: Posterior) -> BoolArray:
 def halves_of(solution: FitSolution, posterior: Posterior) -> Halves:
     """Estimate everything from each half of the runs."""
     problem, reduced = solution.problem, solution.reduced
-    size, count = len(reduced.prior), problem.size
-    free = problem.free(size)
-    prior = reduced.prior[np.ix_(free, free)]
-    now = np.concatenate([solution.point.steps, solution.point.shared])[free]
+    size, count, prior = len(reduced.prior), problem.size, reduced.prior
+    now = np.concatenate([solution.point.steps, solution.point.shared])
     in_first = _first_half(problem.stack)
     gains, moved = [], []
     for wanted in (True, False):
@@ -67,22 +65,16 @@ def halves_of(solution: FitSolution, posterior: Posterior) -> Halves:
             if first == wanted:
                 information[np.ix_(piece.index, piece.index)] += piece.information
                 score[piece.index] += piece.score
-        gain = np.linalg.inv(information[np.ix_(free, free)] + prior)
+        gain = np.linalg.inv(information + prior)
         gains.append((gain + gain.T) / 2)
-        moved.append(gains[-1] @ (score[free] - prior @ now))
+        moved.append(gains[-1] @ (score - prior @ now))
     one, other = gains
     crossed = np.einsum("ij,jk,ki->i", one, prior, other)
     variance = np.maximum(np.diag(one) + np.diag(other) - 2.0 * crossed, 1e-300)
-    found = np.zeros((3, size))
-    found[0, free], found[1, free] = moved
-    found[2, free] = np.abs(moved[0] - moved[1]) / np.sqrt(variance)
-    steps = solution.point.steps
-    lowest = problem.lowest
-    return Halves(
-        np.maximum(steps + found[0, :count], lowest),
-        np.maximum(steps + found[1, :count], lowest),
-        found[2, :count] / posterior.inflation,
-    )
+    apart = np.abs(moved[0] - moved[1]) / np.sqrt(variance)
+    steps, lowest = solution.point.steps, problem.lowest
+    first, second = (np.maximum(steps + one[:count], lowest) for one in moved)
+    return Halves(first, second, apart[:count] / posterior.inflation)
 
 
 def _first_half(stack: WindowStack) -> list[bool]:
@@ -131,7 +123,7 @@ def with_standing(
 
 
 def thrust_found(
-    doubt: ThrustUncertainty, steps: FloatArray, posterior: Posterior, halves: Halves | None = None
+    doubt: ThrustUncertainty, steps: FloatArray, posterior: Posterior, halves: Halves
 ) -> tuple[ThrustFound, ...]:
     """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
 
@@ -146,6 +138,9 @@ def thrust_found(
         moved = float(steps[begin + i] + posterior.middle[begin + i])
         stated = 1.0 if i < doubt.gains else 0.0
         value = stated + scale * moved
+        first, second = (
+            stated + scale * float(one[begin + i]) for one in (halves.first, halves.second)
+        )
         half = NORMAL_95 * scale * float(deviations[i])
         found.append(
             ThrustFound(
@@ -155,12 +150,7 @@ def thrust_found(
                 ci95=(value - half, value + half),
                 prior_std=scale,
                 widths=abs(moved),
-                halves=None
-                if halves is None
-                else (
-                    stated + scale * float(halves.first[begin + i]),
-                    stated + scale * float(halves.second[begin + i]),
-                ),
+                halves=(first, second),
             )
         )
     return tuple(found)

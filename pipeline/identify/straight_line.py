@@ -57,14 +57,7 @@ def straight_line(
 ) -> StraightLineIdentification:
     """Estimate an added mass by the slope, without and with the terms that the slope omits.
 
-    Parameters
-    ----------
-    axis : {"surge", "sway", "heave"}
-        Along which.
-    method : {"local_polynomial", "moving_average"}
-        Smoother of the velocity.
-    bandwidth_hz : float
-        Its -3 dB. [Hz]
+    Along an `axis`, surge, sway or heave, with the velocity smoothed to -3 dB at `bandwidth_hz`.
 
     Raises
     ------
@@ -95,9 +88,16 @@ def straight_line(
             )
             for one in stretches
         ]
-    stretch = np.concatenate([number for _, number in found])
-    acceleration = np.concatenate([s.acceleration for s, _ in found])
-    thrust = np.concatenate([s.thrust for s, _ in found])
+    stretch, acceleration, thrust, valid, run_number = (
+        np.concatenate(column)
+        for column in zip(
+            *(
+                (number, s.acceleration, s.thrust, s.valid, np.full(s.thrust.size, k))
+                for k, (s, number) in enumerate(found)
+            ),
+            strict=True,
+        )
+    )
     inside = stretch >= 0
     if inside.sum() < 10:
         raise CannotComputeError(
@@ -123,15 +123,16 @@ def straight_line(
             f"reliability {share:.4f}",
         ),
     )
-    run_number = np.concatenate([np.full(s.thrust.size, k) for k, (s, _) in enumerate(found)])
-    valid = np.concatenate([s.valid for s, _ in found])
     terms = {
         name: np.concatenate([s.terms[name] for s, _ in found])[valid]
         for name in found[0][0].terms
         if all(name in s.terms for s, _ in found)
     }
+    # gaps may leave no sample at which all terms are known
+    used = usable_terms(thrust[valid], terms, noise) if valid.any() else ()
+    terms = {name: terms[name] for name in used}
     full, coefficients = _with_terms(
-        thrust[valid], acceleration[valid], terms, run_number[valid], lags, (mass, noise)
+        thrust[valid], acceleration[valid], terms, run_number[valid], lags, mass
     )
     return StraightLineIdentification(
         vehicle=packed.name,
@@ -203,15 +204,12 @@ def _with_terms(  # noqa: PLR0917 - one caller
     terms: dict[str, FloatArray],
     run: IntArray,
     lags: int,
-    mass_and_noise: tuple[float, float],
+    mass: float,
 ) -> tuple[SlopeEstimate | None, tuple[RegressionTerm, ...]]:
     """Regress on the thrust, a constant and every term that the runs excite, turns included."""
-    mass, noise = mass_and_noise
     if not thrust.size:
-        # gaps leave no sample at which all terms are known
         return None, ()
-    used = usable_terms(thrust, terms, noise)
-    design = np.column_stack([thrust, np.ones_like(thrust), *(terms[name] for name in used)])
+    design = np.column_stack([thrust, np.ones_like(thrust), *terms.values()])
     try:
         found = least_squares(design, acceleration, run, lags)
     except CannotComputeError:
@@ -219,10 +217,11 @@ def _with_terms(  # noqa: PLR0917 - one caller
     named = tuple(
         RegressionTerm(name=name, unit=UNITS.get(name, "1"), coefficient=value, ci95=(low, high))
         for name, value, (low, high) in zip(
-            used, found.coefficients[2:].tolist(), found.ci95[2:].tolist(), strict=True
+            terms, found.coefficients[2:].tolist(), found.ci95[2:].tolist(), strict=True
         )
     )
-    note = f"with {', '.join(used)}; all samples, turns included" if used else "no term is excited"
+    note = f"with {', '.join(terms)}; all samples, turns included"
+    note = note if terms else "no term is excited"
     name, slope = "least squares with the omitted terms", found.coefficients[0]
     return estimate(name, slope, found.ci95[0], mass, note), named
 

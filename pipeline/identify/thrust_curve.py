@@ -90,12 +90,8 @@ def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCur
 
     Readings at one code are averaged; a cubic smoothing spline (penalty by generalised cross
     validation; Craven and Wahba 1979) takes the noise out, isotonic regression any fall that is
-    left.
-
-    Parameters
-    ----------
-    code, thrust_n : ndarray, shape (m,)
-        Magnitudes, any order, code 0 and the dead zone included or not.
+    left. `code`, `thrust_n` (m,) are magnitudes in any order, code 0 and the dead zone included or
+    not.
 
     Raises
     ------

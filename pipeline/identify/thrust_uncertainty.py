@@ -104,20 +104,10 @@ EXACT_THRUST = ThrustUncertainty(0.0, 0, (), (), np.zeros((0, 0)), np.zeros((0, 
 
 
 def thrust_uncertainty(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustUncertainty:
-    """Set up the unknowns of a vehicle's thrust.
+    """Set up the unknowns of a vehicle's thrust; without doubt in the thrust there are none.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it.
-    uncertainty : Uncertainty
-        Of the vehicle file; without doubt in the thrust there are no unknowns.
-
-    Returns
-    -------
-    ThrustUncertainty
-        Factors of all thrusters; knots of the characteristics whose thrust is static. Where the
-        torque balance is solved in time the thrust is the propeller's, and has a factor alone.
+    Factors of all thrusters; knots of the characteristics whose thrust is static. Where the torque
+    balance is solved in time the thrust is the propeller's, and has a factor alone.
     """
     bench, hull = uncertainty.thrust, packed.context.deduction_std or 0.0
     share, count = float(np.hypot(bench, hull)), len(packed.thruster_names)

@@ -104,7 +104,18 @@ def gains_of(
         reference=(reference_name or ", ".join(run.name for run in known.runs))
         if known.runs
         else None,
-        runs=tuple(_run_row(asked, run) for run in asked.runs),
+        runs=tuple(
+            GainRun(
+                run=run.name,
+                delay_s=run.likelihood.delay_s,
+                thrust_std_n=dict(
+                    zip(asked.names, run.likelihood.thrust_std.tolist(), strict=True)
+                ),
+                why_not_axes=run.likelihood.why_not,
+                heading_correlation=None if run.heading is None else run.heading.correlation,
+            )
+            for run in asked.runs
+        ),
         gains=rows,
         pooled=tuple(_pooled(asked, known.apart_from(*done))),
         findings=tuple(findings_of(asked, known)),
@@ -180,42 +191,19 @@ def _pooled(asked: GainSet, sound: References) -> list[PooledGain]:
 def against_day(
     pooled: Sequence[PooledGain], sound: Sequence[PooledGain], name: str
 ) -> tuple[PooledGain, ...]:
-    """Compare pooled gains with those of sound runs of another day.
-
-    Parameters
-    ----------
-    pooled, sound : sequence of PooledGain
-        Of the day that is asked, and of the other.
-    name : str
-        What the other day is called.
-    """
-    known = {
-        (one.thruster, one.axis): GainReference(
-            name=name,
-            runs=one.runs,
-            mean=one.value,
-            ci95=one.ci95,
-            between_runs=one.between_runs,
-        )
-        for one in sound
-    }
+    """Compare pooled gains with those of `sound` runs of another day, called `name`."""
+    there = {(one.thruster, one.axis): one for one in sound}
     found = []
     for one in pooled:
-        half = (one.ci95[1] - one.ci95[0]) / 2.0
-        mine = against(known.get((one.thruster, one.axis)), one.value, half / 2.0, half)
-        found.append(one.model_copy(update={"reference": mine if one.moves else None}))
+        half, mine = (one.ci95[1] - one.ci95[0]) / 2.0, None
+        other = there.get((one.thruster, one.axis)) if one.moves else None
+        if other is not None:
+            runs, mean, ci95 = other.runs, other.value, other.ci95
+            between = other.between_runs
+            mine = GainReference(name=name, runs=runs, mean=mean, ci95=ci95, between_runs=between)
+        reference = against(mine, one.value, half / 2.0, half)
+        found.append(one.model_copy(update={"reference": reference}))
     return tuple(found)
-
-
-def _run_row(asked: GainSet, run: RunGains) -> GainRun:
-    told = run.likelihood
-    return GainRun(
-        run=told.run,
-        delay_s=told.delay_s,
-        thrust_std_n=dict(zip(asked.names, told.thrust_std.tolist(), strict=True)),
-        why_not_axes=told.why_not,
-        heading_correlation=None if run.heading is None else run.heading.correlation,
-    )
 
 
 def _why(rows: Sequence[ThrusterGain], name: str) -> str:

@@ -20,7 +20,7 @@ from pipeline.identify.parameter_intervals import (
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
-from pipeline.identify.vehicle_parameters import FreeParameter, free_parameters
+from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.window_derivatives import FitPoint, FitProblem, residuals
 from pipeline.identify.window_outputs import (
     WindowStack,
@@ -45,8 +45,6 @@ SHORTER, SHORTEST_WINDOW_S = 4.0, 2.0
 NOISE_TOLERANCE = 1.15
 SETTLED = 1.05
 _MOST_REPEATS = 3
-#: Times that parameters are held because the fit does not come to rest in them.
-_MOST_ROUNDS = 3
 #: Until the noise has settled, a step that promises less than this times the readings is the last.
 ROUGH_GAIN = 0.001
 #: Correlation of residuals from which they count as going together, and the most that is believed.
@@ -61,7 +59,6 @@ class VehicleFit:
 
     solution: FitSolution
     posterior: Posterior
-    parameters: tuple[FreeParameter, ...]
     channels: tuple[ChannelNoise, ...]
     held_out: tuple[Window, ...]
     window_s: float
@@ -70,7 +67,7 @@ class VehicleFit:
     found: tuple[IdentifiedParameter, ...]
     halves: Halves
     settled: bool
-    """Whether it came to rest in all that is not held."""
+    """Whether it came to rest in everything."""
     out_of_steps: bool = False
     """Whether it was stopped because the steps that it was given were used up."""
 
@@ -81,10 +78,12 @@ class _Steps:
     def __init__(self, most: int | None) -> None:
         self.left, self.taken = most, 0
 
-    @property
-    def next(self) -> int:
-        """Most steps of the next solution; one at least, so that there is one."""
-        return MOST_STEPS if self.left is None else max(min(MOST_STEPS, self.left - self.taken), 1)
+    def solve(self, problem: FitProblem, point: FitPoint, smallest_gain: float) -> FitSolution:
+        """Solve within the steps that are left; one at least, so that there is a solution."""
+        left = MOST_STEPS if self.left is None else max(min(MOST_STEPS, self.left - self.taken), 1)
+        solution = solve(problem, point, smallest_gain=smallest_gain, most_steps=left)
+        self.taken += solution.iterations
+        return solution
 
     @property
     def used_up(self) -> bool:
@@ -146,26 +145,19 @@ def fit_vehicle(
     scale = solution.problem.stack.scale
     begin = replace(problem.origin(), steps=solution.point.steps)
     solution = _settled(problem, channels, scale, steps, begin)
-    solution, before = _at_rest(solution, channels, steps)
     posterior = posterior_of(solution)
-    halves = halves_of(solution, posterior)
-    judged = with_standing(
-        parameters,
-        before or identified_parameters(parameters, solution.point.steps, posterior),
-        at_rest(solution, posterior),
-        halves,
-    )
+    halves, rest = halves_of(solution, posterior), at_rest(solution, posterior)
+    told = identified_parameters(parameters, solution.point.steps, posterior)
     return VehicleFit(
         solution,
         posterior,
-        parameters,
         channels,
         tuple(w for w in windows if (w.run, w.begin_s) in held_at),
         length,
         steps.taken,
-        judged,
+        with_standing(parameters, told, rest, halves),
         halves,
-        bool(at_rest(solution, posterior).all()),
+        bool(rest.all()),
         steps.used_up and solution.out_of_steps,
     )
 
@@ -177,55 +169,21 @@ def _is_kept(number: int, count: int) -> bool:
     return count >= FEWEST_WINDOWS and number == count // 2
 
 
-def _at_rest(
-    solution: FitSolution, channels: Sequence[ChannelNoise], steps: _Steps
-) -> tuple[FitSolution, tuple[IdentifiedParameter, ...]]:
-    """Hold parameters in which the fit does not come to rest, and go on with the others.
-
-    Second comes what was found of all, of those that are held from when they were free; empty where
-    nothing had to be held.
-    """
-    kept: dict[int, IdentifiedParameter] = {}
-    for _ in range(_MOST_ROUNDS):
-        posterior = posterior_of(solution)
-        parameters = solution.problem.parameters
-        restless = np.flatnonzero(~at_rest(solution, posterior)[: len(parameters)]).tolist()
-        now = identified_parameters(parameters, solution.point.steps, posterior)
-        found = tuple(kept.get(i, one) for i, one in enumerate(now))
-        if not restless or steps.used_up:
-            return solution, found if kept else ()
-        kept |= {
-            i: now[i].model_copy(
-                update={"identified": False, "reason": "the fit did not come to rest in it"}
-            )
-            for i in restless
-        }
-        solution = _holding(solution, frozenset(restless), channels, steps)
-    now = identified_parameters(parameters, solution.point.steps, posterior_of(solution))
-    return solution, tuple(kept.get(i, one) for i, one in enumerate(now))
-
-
-def _holding(
-    solution: FitSolution, more: frozenset[int], channels: Sequence[ChannelNoise], steps: _Steps
-) -> FitSolution:
-    """Go on from a solution with more of the unknowns held at what the vehicle file says."""
-    problem = replace(solution.problem, held=solution.problem.held | more)
-    own = np.where(problem.free(problem.size), solution.point.steps, 0.0)
-    begin = replace(solution.point, steps=own)
-    return _settled(problem, channels, problem.stack.scale, steps, begin)
-
-
 def fit_for_file(fit: VehicleFit) -> FitSolution:
     """Fit again what a vehicle file can say: parameters that stand, factors of the thrust.
 
-    The shape of the thrust curves has no key: the rest is fitted to the stated one.
+    The rest is held at what the file says: the shape of the thrust curves has no key.
     """
-    solution, channels, steps = fit.solution, fit.channels, _Steps(None)
-    count, thrust = len(fit.found), solution.problem.thrust
+    solution = fit.solution
+    problem, thrust, count = solution.problem, solution.problem.thrust, len(fit.found)
     aside = {i for i, one in enumerate(fit.found) if not one.stands}
     aside |= set(range(count + thrust.gains, count + thrust.size))
-    aside -= solution.problem.held
-    return _holding(solution, frozenset(aside), channels, steps) if aside else solution
+    if not aside:
+        return solution
+    held = replace(problem, held=frozenset(aside))
+    own = np.where(held.free(held.size), solution.point.steps, 0.0)
+    begin = replace(solution.point, steps=own)
+    return _settled(held, fit.channels, problem.stack.scale, _Steps(None), begin)
 
 
 def _settled(
@@ -233,7 +191,7 @@ def _settled(
     channels: Sequence[ChannelNoise],
     scale: dict[str, float],
     steps: _Steps,
-    begin_at: FitPoint | None = None,
+    point: FitPoint | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
 ) -> FitSolution:
@@ -244,29 +202,20 @@ def _settled(
     """
     windows, packed = problem.stack.windows, problem.stack.packed
     rough = max(smallest_gain, ROUGH_GAIN * problem.stack.order.size)
-    solution: FitSolution | None = None
     for _ in range(_MOST_REPEATS):
         stack = stack_windows(packed, windows, channels, scale=scale)
         shared = run_nuisance(stack, problem.shared.run_count)
-        now = replace(problem, stack=stack, shared=shared)
-        if solution is not None:
-            begin = solution.point
-        else:
-            begin = now.origin() if begin_at is None else begin_at
-        if not np.isfinite(residuals(now, begin)).all():
+        problem = replace(problem, stack=stack, shared=shared)
+        if point is None or not np.isfinite(residuals(problem, point)).all():
             # what short windows found runs away over long ones
-            begin = now.origin()
-        solution = solve(now, begin, smallest_gain=rough, most_steps=steps.next)
-        steps.taken += solution.iterations
-        found = widened(solution.problem.stack, solution.residual)
+            point = problem.origin()
+        solution = steps.solve(problem, point, rough)
+        point, found = solution.point, widened(stack, solution.residual)
         if _alike(found, scale) or steps.used_up:
             break
         scale = found
-    assert solution is not None  # noqa: S101 - the loop has run
     if rough > smallest_gain and not steps.used_up:
-        more, point = solution.problem, solution.point
-        solution = solve(more, point, smallest_gain=smallest_gain, most_steps=steps.next)
-        steps.taken += solution.iterations
+        solution = steps.solve(problem, solution.point, smallest_gain)
     return solution
 
 

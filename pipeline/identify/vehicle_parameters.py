@@ -51,23 +51,11 @@ def free_parameters(
     uncertainty: Uncertainty,
     only: Sequence[str] | None = None,
 ) -> tuple[FreeParameter, ...]:
-    """List the parameters of a vehicle that runs can tell about.
+    """List the parameters of a vehicle that runs can tell about, or `only` those of some names.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it.
-    uncertainty : Uncertainty
-        Of the vehicle file.
-    only : sequence of str, optional
-        Names to keep; all otherwise.
-
-    Returns
-    -------
-    tuple of FreeParameter
-        ``added_mass_<axis>``, ``linear_damping_<axis>``, ``quadratic_damping_<axis>``,
-        ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``,
-        ``wake_fraction``.
+    ``added_mass_<axis>``, ``linear_damping_<axis>``, ``quadratic_damping_<axis>``,
+    ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``,
+    ``wake_fraction``.
     """
     found = [
         *_added_masses(packed, max(_SHARE, uncertainty.added_mass)),

@@ -67,16 +67,11 @@ def at_voltage(found: dict[float, Signs], voltage_v: float) -> Signs | None:
 
 
 def between95(found: dict[float, Signs]) -> list[tuple[FloatArray, FloatArray]]:
-    """Half-width that interpolation adds at rest, midway from each voltage to the next.
+    """Half-width that interpolation adds at rest, midway from each voltage to the next. [N].
 
-    Twice the root mean square of what the voltages between others are missed by when left out, code
-    by code; of two voltages half of what lies between them, which no rising law exceeds. The last
-    voltage has that of the one before.
-
-    Returns
-    -------
-    list of (ndarray, ndarray)
-        Of each voltage ahead and in reverse, at the codes of `codes_of`. [N]
+    Ahead and in reverse, at the codes of `codes_of`: twice the root mean square of what the
+    voltages between others are missed by when left out, code by code; of two voltages half of what
+    lies between them, which no rising law exceeds. The last voltage has that of the one before.
     """
     code, known = codes_of(found), sorted(found)
     rest = [[one.curves[0] for one in found[volts]] for volts in known]

@@ -100,10 +100,8 @@ class WindowStack:
 
     @cached_property
     def lines(self) -> tuple[Lines, ...]:
-        """Where the readings of each channel lie, each window being simulated in one go."""
-        lengths = [len(window.command) + 1 for window in self.windows]
-        stretch = np.repeat(np.arange(len(self.windows)), lengths)
-        return tuple(lines_of(rows, stretch) for rows in self.rows)
+        """Where the readings of each channel lie."""
+        return tuple(lines_of(rows, self.begins) for rows in self.rows)
 
     @cached_property
     def begins(self) -> IntArray:
@@ -260,23 +258,16 @@ def innovations(stack: WindowStack, vector: FloatArray, starts: FloatArray) -> l
     ]
 
 
-def lines_of(rows: Rows, stretch: IntArray) -> Lines:
-    """Find the lines on which the readings of a channel lie.
+def lines_of(rows: Rows, begins: IntArray) -> Lines:
+    """Find the lines on which readings lie: through two samples of their own window.
 
-    `stretch` (samples,) numbers what was simulated in one go: no line leads from one into the next.
+    `begins` (windows + 1,) are the samples at which the windows begin.
     """
-    last = len(stretch) - 1
-    # the neighbour on the reading's side, or else the one on the other side
-    side = np.where(rows.late < 0.0, -1, 1)
-    side = np.where(_same(stretch, rows.sample, rows.sample + side, last), side, -side)
-    beside = np.clip(rows.sample + side, 0, last)
-    share = np.where(_same(stretch, rows.sample, beside, last), rows.late * side, 0.0)
-    return Lines(rows.sample, beside, share[:, None])
-
-
-def _same(stretch: IntArray, first: IntArray, second: IntArray, last: int) -> BoolArray:
-    there = (second >= 0) & (second <= last)
-    return np.asarray(there & (stretch[first] == stretch[np.clip(second, 0, last)]))
+    first, last = begins[rows.window], begins[rows.window + 1] - 1
+    at = rows.sample + rows.late
+    before = np.clip(np.floor(at).astype(int), first, np.maximum(last - 1, first))
+    sample = np.where(rows.late == 0.0, rows.sample, before)
+    return Lines(sample, np.minimum(sample + 1, last), (at - sample)[:, None])
 
 
 def predicted_reading(

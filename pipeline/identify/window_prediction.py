@@ -96,21 +96,9 @@ def prediction_quality(
 ) -> tuple[ChannelQuality, ...]:
     """Errors per channel, on windows that took no part in a fit, of vehicles and of the baselines.
 
-    Parameters
-    ----------
-    models : mapping
-        Vehicles by what `ChannelQuality` calls the error of each: ``identified``,
-        ``vehicle_file``, ``corrected_file``.
-    windows : sequence of Window
-        Cut from the `runs`.
-    channels : sequence of ChannelNoise
-        What was measured.
-    black_box : BlackBox or None
-        Fitted on the windows of the fit.
-    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
-        The runs' offsets, zero otherwise.
-    threads : int
-        Simulations at a time.
+    `models` are vehicles by what `ChannelQuality` calls the error of each: ``identified``,
+    ``vehicle_file``, ``corrected_file``. `windows` are cut from the `runs`, whose `offsets` (runs,
+    OFFSET_COUNT) are zero where none are given; `black_box` was fitted on the windows of the fit.
     """
     kept = [w for w in windows if w.lead(_lead_of(w)).readings]
     if not kept:

@@ -98,20 +98,9 @@ def cut(
     One that is less than half as long is left out; of those with a lead, one shorter than
     `SHORTEST_BEYOND_LEAD_S` beyond it.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle, for the thrusters' state at each start.
-    runs : sequence of RunTable
-        Measured or simulated runs.
-    channels : sequence of ChannelNoise
-        What to use.
-    window_s : float, optional
-        Length; `WINDOW_S`, or `WINDOW_WITHOUT_VELOCITY_S` where no run has velocity. [s]
-    vector : ndarray, optional
-        Parameter vector in place of the nominal one, for the thrusters' state.
-    lead_s : float
-        By how much each is longer, and overlaps the one before. [s]
+    `packed`, or `vector` in place of its nominal one, gives the thrusters' state at each start.
+    They are `window_s` long [s]: `WINDOW_S`, or `WINDOW_WITHOUT_VELOCITY_S` where no run has
+    velocity; and by `lead_s` longer, overlapping the one before.
 
     Raises
     ------
@@ -123,11 +112,39 @@ def cut(
             was_measured(run, q) for run in runs for q in ("velocity", "position")
         )
         window_s = WINDOW_S if has_velocity_or_position else WINDOW_WITHOUT_VELOCITY_S
-    found = [
-        window
-        for number, run in enumerate(runs)
-        for window in _cut_run(packed, run, number, channels, (window_s, lead_s), vector)
-    ]
+    found: list[Window] = []
+    for number, run in enumerate(runs):
+        if not was_measured(run, "command") or run.time_s.size < 3:
+            continue
+        period, stride = _steps_of(run)
+        command = np.nan_to_num(run.values["command"])
+        actuator = actuator_states(packed, command, period, vector=vector)[:-1]
+        picks = {c.quantity: readings_of(run, c.quantity) for c in channels}
+        for begin, end in window_rows(run, window_s, lead_s):
+            readings = {}
+            for channel in channels:
+                index = picks[channel.quantity]
+                inside = index[(index >= begin) & (index <= end)]
+                usual = min(channel.rate_hz, FASTEST_HZ) * (end - begin) * period
+                if inside.size >= max(SMALLEST_SHARE * usual, 1):
+                    readings[channel.quantity] = _readings(run, channel.quantity, inside, begin)
+            if not readings:
+                continue
+            start, known = _start(run, begin, end, channels)
+            start[BODY : BODY + actuator.shape[1]] = actuator[begin]
+            found.append(
+                Window(
+                    number,
+                    float(run.time_s[begin]),
+                    period * stride,
+                    command[begin:end:stride],
+                    start,
+                    known,
+                    readings,
+                    run.conditions_at(float(run.time_s[begin])),
+                    run.force_over(slice(begin, end, stride)),
+                )
+            )
     if not found:
         raise CannotComputeError(
             f"{', '.join(run.name for run in runs) or 'no run'}: no stretch of {window_s / 2:g} s "
@@ -138,56 +155,9 @@ def cut(
     return found
 
 
-def _cut_run(  # noqa: PLR0917 - one caller
-    packed: PackedVehicle,
-    run: RunTable,
-    number: int,
-    channels: Sequence[ChannelNoise],
-    window_and_lead_s: tuple[float, float],
-    vector: FloatArray | None,
-) -> list[Window]:
-    if not was_measured(run, "command") or run.time_s.size < 3:
-        return []
-    period, stride = _steps_of(run)
-    step = period * stride
-    command = np.nan_to_num(run.values["command"])
-    actuator = actuator_states(packed, command, period, vector=vector)[:-1]
-    picks = {c.quantity: readings_of(run, c.quantity) for c in channels}
-    windows = []
-    for begin, end in window_rows(run, *window_and_lead_s):
-        readings = {}
-        for channel in channels:
-            index = picks[channel.quantity]
-            inside = index[(index >= begin) & (index <= end)]
-            usual = min(channel.rate_hz, FASTEST_HZ) * (end - begin) * period
-            if inside.size >= max(SMALLEST_SHARE * usual, 1):
-                readings[channel.quantity] = _readings(
-                    run, channel.quantity, inside, begin, stride, period
-                )
-        if not readings:
-            continue
-        start, known = _start(run, begin, end, channels)
-        start[BODY : BODY + actuator.shape[1]] = actuator[begin]
-        windows.append(
-            Window(
-                number,
-                float(run.time_s[begin]),
-                step,
-                command[begin:end:stride],
-                start,
-                known,
-                readings,
-                run.conditions_at(float(run.time_s[begin])),
-                run.force_over(slice(begin, end, stride)),
-            )
-        )
-    return windows
-
-
-def _readings(  # noqa: PLR0917 - one caller
-    run: RunTable, quantity: str, row: IntArray, begin: int, stride: int, period_s: float
-) -> Readings:
+def _readings(run: RunTable, quantity: str, row: IntArray, begin: int) -> Readings:
     """Take the readings next to some rows of a table as samples of a window."""
+    period_s, stride = _steps_of(run)
     sample = np.round((row - begin) / stride).astype(int)
     values = run.values[quantity][row]
     late_s = (row - begin - sample * stride) * period_s

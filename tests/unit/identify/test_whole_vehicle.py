@@ -362,7 +362,7 @@ def test_elimination_of_the_starts_is_the_full_solution(
     problem = FitProblem(stack, parameters, packed.vector, shared)
     point = problem.origin()
     found = derivatives(problem, point)
-    reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
+    reduced = reduce_windows(problem, found, point, np.ones(found.residual.size))
     size, count = len(reduced.information), len(parameters)
     step = np.linalg.solve(reduced.information + reduced.prior, reduced.gradient)
 
