@@ -34,12 +34,7 @@ def mean_curve(points: Sequence[MooringPoint]) -> tuple[FloatArray, FloatArray]:
 def bench_changes(
     a: Sequence[MooringPoint], b: Sequence[MooringPoint]
 ) -> tuple[tuple[Difference, ...], tuple[Difference, ...], tuple[Curve, ...]]:
-    """Compare two mooring tests.
-
-    Returns
-    -------
-    tuple
-        The differences that stand, all that were asked for, and the curves.
+    """Compare two mooring tests: differences that stand, all that were asked for, and curves.
 
     Raises
     ------

@@ -56,14 +56,8 @@ def inverse_characteristic(
     With the static family: Table 4, and a firmware grid over speed. With mooring data: Table 3 by
     sign; what was measured at rest and in a flow corrects the grid, each sign by its own points,
     and alone gives one. A sign that was not measured mirrors the other (Kostenko 2023, eq. 8). A
-    drive that takes no negative code is asked for none.
-
-    The vehicle gives codes, dead thrust and published tables.
-
-    Returns
-    -------
-    InverseCharacteristic
-        What cannot be computed is None or empty, and `explanations` says why.
+    drive that takes no negative code is asked for none. What cannot be computed is None or empty,
+    and `explanations` says why.
 
     Raises
     ------

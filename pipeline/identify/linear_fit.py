@@ -64,20 +64,11 @@ def fit_linear(
     clusters: IntArray | None = None,
     judged: Judgement | None = None,
 ) -> LinearFit:
-    r"""Fit ``response`` by ``design @ c``.
+    r"""Fit ``response`` (m,) by ``design @ c``, the constant among the regressors (m, k).
 
-    Parameters
-    ----------
-    design : ndarray, shape (m, k)
-        Regressors, the constant included.
-    response : ndarray, shape (m,)
-        Measured values.
-    clusters : ndarray of int, shape (m,), optional
-        Label of the group whose errors go together (a sweep of the bench). Given, the covariance
-        is `jackknife_covariance`, if there are more groups than regressors.
-    judged : Judgement, optional
-        Where the caller has a better judge of outliers than this model; `judge` of this design
-        otherwise.
+    `clusters` (m,) label groups whose errors go together (a sweep of the bench): the covariance is
+    then `jackknife_covariance`, if there are more groups than regressors. `judged` is given where
+    the caller has a better judge of outliers than this model; `judge` of this design otherwise.
 
     Raises
     ------

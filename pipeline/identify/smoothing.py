@@ -73,24 +73,17 @@ def moving_average(samples: int, period_s: float) -> Smoother:
     return Smoother("moving_average", period_s, value, np.convolve(value, difference))
 
 
-def local_polynomial(samples: int, period_s: float, order: int = POLYNOMIAL_ORDER) -> Smoother:
-    """Value and slope in the middle of the least-squares polynomial through `samples` (odd) values.
+def local_polynomial(samples: int, period_s: float) -> Smoother:
+    """Value and slope in the middle of the least-squares cubic through `samples` (odd) values.
 
-    >>> smoother = local_polynomial(5, 0.1, order=2)
-    >>> (35 * smoother.value).round(6).tolist()
+    >>> (35 * local_polynomial(5, 0.1).value).round(6).tolist()
     [-3.0, 12.0, 17.0, 12.0, -3.0]
-    >>> [round(float(d), 6) for d in smoother.derivative[-2:]]
-    [1.0, 2.0]
     """
     from scipy.signal import savgol_coeffs
 
     _check(samples, period_s)
-    if samples <= order:
-        raise CannotComputeError(
-            f"{samples} samples carry no polynomial of order {order}; at least {order + 1} do"
-        )
-    value = savgol_coeffs(samples, order, use="dot")
-    derivative = savgol_coeffs(samples, order, deriv=1, delta=period_s, use="dot")
+    value = savgol_coeffs(samples, POLYNOMIAL_ORDER, use="dot")
+    derivative = savgol_coeffs(samples, POLYNOMIAL_ORDER, deriv=1, delta=period_s, use="dot")
     return Smoother("local_polynomial", period_s, np.asarray(value), np.asarray(derivative))
 
 

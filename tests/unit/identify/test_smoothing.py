@@ -19,10 +19,12 @@ METHODS: tuple[Method, ...] = ("moving_average", "local_polynomial")
 
 
 def test_savitzky_golay_gains_by_their_formulas() -> None:
-    """Slope of a line through n points: variance 12 / (n (n^2 - 1) T^2) of the noise's."""
-    n, period = 15, 0.2
-    smoother = local_polynomial(n, period, order=2)
-    assert smoother.derivative_noise_gain == pytest.approx(np.sqrt(12 / (n * (n**2 - 1))) / period)
+    """Slope of a cubic through seven points: (22, -67, -58, 0, 58, 67, -22) / (252 T)."""
+    period = 0.2
+    smoother = local_polynomial(7, period)
+    known = np.array([22, -67, -58, 0, 58, 67, -22]) / (252 * period)
+    np.testing.assert_allclose(smoother.derivative, known, atol=1e-12)
+    assert smoother.derivative_noise_gain == pytest.approx(np.linalg.norm(known))
 
 
 @pytest.mark.parametrize("method", METHODS)
