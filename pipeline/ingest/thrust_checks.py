@@ -28,7 +28,7 @@ _DOUBTFUL_K_T = (0.08, 0.9)
 #: Ideal power over the power drawn: above 1 for an open propeller, 1.4 in a duct.
 MOST_MERIT = 1.6
 #: Less is left of it by no motor and propeller at their larger thrusts.
-_DOUBTFUL_MERIT = 0.04
+_DOUBTFUL_MERIT = 0.07
 _USUAL_MERIT, _USUAL_PRESSURE_PA = 0.4, 10e3
 _LARGE = 0.3
 _LEAST_POINTS = 4
