@@ -23,7 +23,7 @@ _EXACT, _LEAST_ROWS = 2e-3, 6
 #: Any motor has more somewhere.
 _LEAST_EFFICIENCY = 0.1
 #: K_M = M / (rho n^2 D^5): a bench that goes past what a screw takes begins well below it.
-_LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.006, 0.065, 3
+_LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.0085, 0.065, 3
 #: Of torque over current, by a motor's constant.
 _OF_CONSTANT = 3.0
 _KV = re.compile(
