@@ -112,15 +112,7 @@ class LumpedMassTether:
 
 
 def lumped_tether(tether: Tether, *, density_kgpm3: float, gravity_mps2: float) -> LumpedMassTether:
-    """Return the lumped cable of a vehicle file's tether section.
-
-    Parameters
-    ----------
-    tether : Tether
-        The section; its mass is in air.
-    density_kgpm3, gravity_mps2 : float
-        [kg/m^3], [m/s^2]
-    """
+    """Return the lumped cable of a vehicle file's tether section, whose mass is in air."""
     return LumpedMassTether(
         length_m=tether.length_m,
         segments=tether.segments,

@@ -31,22 +31,11 @@ def hang(
     current_mps: FloatArray,
     settle_s: float = 20.0,
 ) -> TetherState:
-    """Return the tether at rest between two fixed points in a uniform current.
+    """Return the tether at rest between two fixed points in a uniform current (3,), NED [m/s].
 
     Starts from the quasi-static solution, or from a hanging catenary where there is none (a neutral
     cable in still water, a cable that its weight pushes against the flow), and settles the nodes
-    by dynamic relaxation with kinetic damping.
-
-    Parameters
-    ----------
-    tether : LumpedMassTether
-        The cable.
-    top_ned_m, lower_ned_m : ndarray, shape (3,)
-        Its ends. [m]
-    current_mps : ndarray, shape (3,)
-        NED. [m/s]
-    settle_s : float
-        Time for which the nodes are let to settle; 0 leaves the starting shape. [s]
+    for `settle_s` by dynamic relaxation with kinetic damping; 0 leaves the starting shape.
 
     Raises
     ------

@@ -39,42 +39,19 @@ def fly_tethered(
     winch_command: ArrayLike = 0.0,
     start_time_s: float = 0.0,
 ) -> tuple[Trajectory, TetherHistory]:
-    """Simulate a vehicle on its tether, commands held for one step each.
+    """Simulate a vehicle on its tether, commands (m, n) held for one step each.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle; its parameter vector says where the tether is attached and anchored.
-    commands : ndarray, shape (m, n)
-        Codes of the n thrusters.
-    tether : Tether or LumpedTether
-        Section of the vehicle file, or the lumped cable itself. Water and gravity of a section are
-        the vehicle's.
-    dt_s : float
-        Step. [s]
-    vector, start, external : ndarray, optional
-        As in `run`; the current in the vector is the tether's too.
-    tether_start : TetherState, optional
-        To start from; at rest in the current otherwise, with velocities that fall linearly from
-        those of the attachment to that of the upper end.
-    top_velocity_mps : ndarray, shape (3,) or (m, 3), optional
-        Velocity of the upper end (the ship), NED, held for a step each. [m/s]
-    current_profile : ndarray, shape (k, 4), optional
-        Rows of depth [m] and velocity NED [m/s] that the tether feels on top, by rising depth;
-        linear in between, constant beyond. The vehicle does not feel it.
-    winch : Winch, optional
-        At the upper end; without it the length stays.
-    winch_command : float or ndarray, shape (m,)
-        u, between -1 and 1, positive pays out. [-]
-    start_time_s : float
-        Time of the first sample. [s]
+    The parameter vector says where the tether is attached and anchored, and the current in it is
+    the tether's too. Water and gravity of a section of the vehicle file are the vehicle's.
+    `vector`, `start`, `external` are as in `run`. The tether begins at `tether_start`; at rest in
+    the current otherwise, with velocities that fall linearly from those of the attachment to that
+    of the upper end.
 
-    Returns
-    -------
-    trajectory : Trajectory
-        Of the vehicle.
-    history : TetherHistory
-        Of the tether.
+    The upper end (the ship) moves with `top_velocity_mps` (3,) or (m, 3), NED, held for a step
+    each. `current_profile` (k, 4) are rows of depth [m] and velocity NED [m/s] that the tether
+    alone feels on top, by rising depth; linear in between, constant beyond. A winch at the upper
+    end is told `winch_command` (m,), between -1 and 1, positive pays out; without it the length
+    stays.
 
     Raises
     ------

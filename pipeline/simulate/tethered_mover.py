@@ -168,13 +168,6 @@ class TetheredMover:
 def nominal_mover(model: Model, orders: Sequence[WinchOrder] = ()) -> TetheredMover | None:
     """Return what moves a vehicle whose nominal model has a tether; None where it has none.
 
-    Parameters
-    ----------
-    model : Model
-        Of the vehicle file.
-    orders : sequence of WinchOrder
-        What the winch is told.
-
     Raises
     ------
     CannotComputeError

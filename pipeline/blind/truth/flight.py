@@ -95,26 +95,11 @@ def fly_craft(
 ) -> TruthFlight:
     """Fly under the truth's autopilot (`wishes`), or with given codes (`commands`).
 
-    Parameters
-    ----------
-    craft : Craft
-        The vehicle as it is.
-    belief : Belief
-        What its autopilot holds true.
-    wishes : ndarray, shape (m, 19), optional
-        Switches, values and wrench at each command.
-    commands : ndarray, shape (m, n), optional
-        Codes, in place of the autopilot.
-    outside : ndarray, shape (m + 1, 9), optional
-        Forces from outside: NED [N], body [N], moment [N m].
-    gains : ndarray, shape (m, n), optional
-        What trouble leaves of each thrust.
-    start : ndarray, shape (24,), optional
-        Sample to start from; at rest at the origin without it.
-    first_s : float
-        Time of the start, which trouble counts from. [s]
-    shafts, ramped : ndarray, shape (n,), optional
-        Shaft speeds and ramped codes at the start.
+    `belief` is what the autopilot holds true, `wishes` (m, 19) are switches, values and wrench at
+    each command, `commands` (m, n) codes in its place. `outside` (m + 1, 9) are forces from
+    outside: NED [N], body [N], moment [N m]; `gains` (m, n) what trouble leaves of each thrust. It
+    starts from the sample `start` (24,), at rest at the origin without it, with `shafts` and
+    `ramped` codes (n,), at the time `first_s`, which trouble counts from [s].
 
     Raises
     ------
