@@ -6,7 +6,7 @@ there is one list, and a hypothesis says which of them may be wide.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,8 @@ _UNIT_SHARE = 0.5
 _FARTHEST = 5.0
 #: Share of the plausible range that shows whether a parameter acts.
 _SMALL = 0.01
+#: Departure at which that is taken which does nothing by itself.
+_SLIGHTLY = 0.2
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,8 @@ class Coordinate:
 
     Departures are counted in `unit_size`, half way from neutral to the far end of the plausible
     range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
-    file states for it, in the same count (0: the file says nothing of it).
+    file states for it, in the same count (0: the file says nothing of it). `beside` are the other
+    parameters without which it does nothing: where a module sits says something once it has a mass.
     """
 
     effect: Effect
@@ -40,6 +43,7 @@ class Coordinate:
     target: str | None
     unit_size: float
     ordinary: float
+    beside: tuple[tuple[str, float], ...] = ()
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -64,6 +68,10 @@ class Coordinate:
         low, high = self.parameter.plausible
         neutral = self.parameter.neutral
         return 1.0 if abs(high - neutral) >= abs(low - neutral) else -1.0
+
+    def value(self, departure: float) -> float:
+        """Value of the parameter at a departure."""
+        return self.parameter.neutral + self.unit_size * departure
 
     @property
     def name(self) -> str:
@@ -105,6 +113,50 @@ def coordinates(
     return tuple(found)
 
 
+@dataclass(frozen=True)
+class Added:
+    """A direction that is taken at a size (in its units); `of` is its place where it is small."""
+
+    direction: Coordinate
+    size: float
+    of: int | None = None
+
+
+def partners(
+    packed: PackedVehicle,
+    one: Coordinate,
+    values: Mapping[str, float],
+    listed: Sequence[Coordinate],
+) -> tuple[Added, ...]:
+    """Return what does nothing by itself, but acts once others of its effect have values.
+
+    Each is taken beside those that the effect lists before it, so that all of them make the whole.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal vehicle.
+    one : Coordinate
+        A direction of the effect.
+    values : mapping
+        What is known of its parameters.
+    listed : sequence of Coordinate
+        Those that act by themselves.
+    """
+    have = {other.parameter.name for other in listed if other.effect.id == one.effect.id}
+    beside: tuple[tuple[str, float], ...] = ()
+    found = []
+    for more in one.effect.parameters:
+        if more.name not in have:
+            unit = _UNIT_SHARE * _far(more)
+            own = replace(one, parameter=more, unit_size=unit, ordinary=0.0, beside=beside)
+            if _acts(packed, own):
+                found.append(Added(own, own.side * _SLIGHTLY))
+        if more.name in values:
+            beside += ((more.name, values[more.name]),)
+    return tuple(found)
+
+
 def _far(parameter: Parameter) -> float:
     """Distance from neutral to the far end of the plausible range, in the parameter's unit."""
     return max(abs(limit - parameter.neutral) for limit in parameter.plausible)
@@ -113,12 +165,17 @@ def _far(parameter: Parameter) -> float:
 def _acts(packed: PackedVehicle, one: Coordinate) -> bool:
     """Whether a small departure changes anything; what is refused counts as acting."""
     by = one.side * _SMALL * _far(one.parameter)
-    spec = EffectSpec(one.effect.id, {one.parameter.name: one.parameter.neutral + by}, one.target)
+    moved = {**dict(one.beside), one.parameter.name: one.parameter.neutral + by}
     try:
-        changed = apply_effects(packed.vector, [spec], packed.context)
+        changed, without = (
+            apply_effects(
+                packed.vector, [EffectSpec(one.effect.id, values, one.target)], packed.context
+            )
+            for values in (moved, dict(one.beside))
+        )
     except (CannotComputeError, InputError):
         return True
-    return not np.array_equal(changed, packed.vector)
+    return not np.array_equal(changed, without)
 
 
 def _ordinary(
@@ -157,7 +214,7 @@ def specs_at(
     values: dict[tuple[str, str | None], dict[str, float]] = {}
     for index in np.flatnonzero(departures).tolist():
         one = all_coordinates[index]
-        value = one.parameter.neutral + one.unit_size * float(departures[index])
+        value = one.value(float(departures[index]))
         least, most = one.parameter.possible
         value = min(max(value, least), most)
         values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value

@@ -1,12 +1,12 @@
 """The answer: runs against the sound ones, or against the file, written as a diagnosis."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Added, Coordinate
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import beside_disturbance
 from pipeline.diagnose.regression.gained import Gained
@@ -67,7 +67,7 @@ def against(
     asked = [_asked(case, known, run) for run in case.runs]
     held = [_asked(case, known, run)[0] for run in case.holdout]
     found = weighed_on_all(known, asked, gained)
-    held = all_at(held, known.directions, found.sizes)
+    held = all_at(held, found.added)
     known, runs, ranking = found.known, found.runs, found.ranking
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
@@ -104,7 +104,7 @@ def against(
         ranking=rows,
         shrink=shrink,
         confusable=_confusable(runs, ranking, known),
-        next_run=next_run(case, known, ranking, said, found.sizes),
+        next_run=next_run(case, known, ranking, said, found.added),
         leftover=left,
         evidence=_evidence(case, known, runs, ranking),
         series=series,
@@ -118,12 +118,12 @@ def against(
 class Weighed:
     """All changes, weighed on all grids; the most probable first.
 
-    `known` has the changes that are taken at their `sizes` as directions of their own. `runs` are
-    the asked ones on the grid that predicts best.
+    `known` has the changes that are taken at their sizes, `added`, as directions of its own. `runs`
+    are the asked ones on the grid that predicts best.
     """
 
     known: Reference
-    sizes: Mapping[int, float]
+    added: Sequence[Added]
     runs: Sequence[ToldRun]
     ranking: tuple[Change, ...]
 
@@ -142,14 +142,14 @@ def weighed_on_all(
     gained : sequence of Gained
         A thruster that is dead by its gains.
     """
-    more, sizes = with_sizes(known, asked, gained)
-    grids = zip(*(all_at(one, known.directions, sizes) for one in asked), strict=True)
+    more, added = with_sizes(known, asked, gained)
+    grids = zip(*(all_at(one, added) for one in asked), strict=True)
     runs = [learned.told_runs(on_grid) for learned, on_grid in zip(more.grids, grids, strict=True)]
     rankings = [
         _weighed_on(more.directions, learned, on_grid, gained)
         for learned, on_grid in zip(more.grids, runs, strict=True)
     ]
-    return Weighed(more, sizes, runs[0], pooled(rankings))
+    return Weighed(more, added, runs[0], pooled(rankings))
 
 
 def _weighed_on(

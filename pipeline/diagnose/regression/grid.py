@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Added, Coordinate
 from pipeline.diagnose.regression.misread import misread
 from pipeline.diagnose.regression.place import place_told
 from pipeline.diagnose.regression.supply import supply_told
@@ -176,10 +176,8 @@ def _gridded(
     )
 
 
-def all_at(
-    grids: Sequence[GridRun], directions: Sequence[Coordinate], sizes: Mapping[int, float]
-) -> list[GridRun]:
-    """Add some directions (by their places) once more, taken at sizes (in their units).
+def all_at(grids: Sequence[GridRun], added: Sequence[Added]) -> list[GridRun]:
+    """Add directions that are taken at sizes.
 
     What is ordinary is small, and stays as it was taken; a change that is asked for need not be.
 
@@ -187,10 +185,10 @@ def all_at(
     ----------
     grids : sequence of GridRun
         One run on some grids, or several runs.
-    directions, sizes
-        The directions of the runs, and at which sizes some of them are added.
+    added : sequence of Added
+        The directions.
     """
-    if not sizes:
+    if not added:
         return list(grids)
     known: dict[int, list[_Departure]] = {}
     found = []
@@ -198,8 +196,8 @@ def all_at(
         claimed = grid.claimed
         assert claimed is not None  # noqa: S101 - of `on_grids`
         if id(claimed) not in known:
-            known[id(claimed)] = [claimed.departure(directions[k], sizes[k]) for k in sizes]
-        found.append(_beside(grid, claimed, known[id(claimed)], sizes))
+            known[id(claimed)] = [claimed.departure(one.direction, one.size) for one in added]
+        found.append(_beside(grid, claimed, known[id(claimed)], added))
     return found
 
 
@@ -207,11 +205,13 @@ def _beside(
     grid: GridRun,
     claimed: "_Claimed",
     departures: Sequence["_Departure"],
-    sizes: Mapping[int, float],
+    added: Sequence[Added],
 ) -> GridRun:
     _, rows = _rows_of(claimed.run, grid.period_s, claimed.row_s)
     count = grid.more.shape[1]
-    places = [*range(count), *sizes]
+    # a supply or a place says nothing of what has no place among the others: a row of zeros
+    places = [*range(count), *(-1 if one.of is None else one.of for one in added)]
+    padded = [(np.pad(one, (0, 1)), np.pad(score, (0, 1))) for one, score in grid.beside]
     more = [_mean(one.wrench, rows)[:, None] for one in departures]
     late = {k: one.slip[rows] for k, one in enumerate(departures, count) if one.slip is not None}
     return replace(
@@ -220,8 +220,8 @@ def _beside(
         heavier=np.concatenate([grid.heavier, [one.mass for one in departures]]),
         misread=np.concatenate([grid.misread, [one.misread for one in departures]]),
         late={**grid.late, **late},
-        taken=dict(enumerate(sizes.values(), start=count)),
-        beside=tuple((one[np.ix_(places, places)], score[places]) for one, score in grid.beside),
+        taken=dict(enumerate((one.size for one in added), start=count)),
+        beside=tuple((one[np.ix_(places, places)], score[places]) for one, score in padded),
         base=grid,
     )
 
@@ -276,8 +276,8 @@ class _Claimed:
         least, most = one.parameter.possible
         value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
         share = (value - one.parameter.neutral) / one.unit_size
-        spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
-        changed = settled(apply_effects(packed.vector, [spec], packed.context))
+        changed = self._with(one, {**dict(one.beside), one.parameter.name: value})
+        before = self._with(one, dict(one.beside)) if one.beside else self._nominal
         if one.effect.id == "dvl_delay" and self._reads:
             wrench, slip = self._late(float(read(changed, "dvl_delay")))
             return _Departure(wrench / share, np.zeros((6, 6)), as_read, slip / share)
@@ -290,8 +290,15 @@ class _Claimed:
             added = pushed - self._pushed
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
-        mass = (mass_of(changed) - mass_of(self._nominal)) / share
+            if one.beside:
+                added += demanded(packed, before, self.motion, still=True) + self._hull
+        mass = (mass_of(changed) - mass_of(before)) / share
         return _Departure(added / share, mass, as_read)
+
+    def _with(self, one: Coordinate, values: Mapping[str, float]) -> FloatArray:
+        """Parameter vector under values of the effect of a direction."""
+        spec = EffectSpec(one.effect.id, dict(values), one.target)
+        return settled(apply_effects(self.packed.vector, [spec], self.packed.context))
 
     def _late(self, delay_s: float) -> tuple[FloatArray, FloatArray]:
         """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now.

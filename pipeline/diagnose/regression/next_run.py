@@ -1,10 +1,11 @@
 """The manoeuvre that would tell two answers apart best, against sound runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from pipeline.diagnose.case import Case
+from pipeline.diagnose.coordinates import Added
 from pipeline.diagnose.regression.decide import Said, effects_of
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.known import Reference
@@ -27,7 +28,7 @@ def next_run(
     known: Reference,
     ranking: Sequence[Change],
     said: Said,
-    sizes: Mapping[int, float],
+    added: Sequence[Added],
 ) -> NextRun | None:
     """Best of the manoeuvres that the vehicle can fly, by the expected separation.
 
@@ -45,8 +46,8 @@ def next_run(
         All hypotheses, the most probable first.
     said : Said
         What is said of them.
-    sizes : mapping
-        Those at which the last directions are taken; see `taken.with_sizes`.
+    added : sequence of Added
+        The last directions; see `taken.with_sizes`.
     """
     told = [*said.names, *said.ambiguous]
     named = [one for one in ranking if one.which and set(effects_of(one.name)) <= set(told)]
@@ -66,7 +67,7 @@ def next_run(
         try:
             found.append(
                 (
-                    _separation(case, known, manoeuvre, sizes, direction, taken),
+                    _separation(case, known, manoeuvre, added, direction, taken),
                     manoeuvre.name,
                 )
             )
@@ -84,17 +85,17 @@ def _separation(  # noqa: PLR0917 - one caller
     case: Case,
     known: Reference,
     manoeuvre: Manoeuvre,
-    sizes: Mapping[int, float],
+    added: Sequence[Added],
     direction: FloatArray,
     taken: Sequence[int],
 ) -> float:
     """Norm of what is left of a signature once the other answer's are taken off."""
     learned, sensors = known.best, case.vehicle.sensors or Sensors()
-    stated = known.directions[: len(known.directions) - len(sizes)]
+    stated = known.directions[: len(known.directions) - len(added)]
     flown = fly(case.packed, manoeuvre.plan(case.packed, 1.0, _SECONDS))
     run = table_of_log(measure(flown, case.packed, sensors), sensors, name=manoeuvre.name)
     (grid,) = all_at(
-        on_grids(case.packed, run, sensors, stated, [learned.response.period_s]), stated, sizes
+        on_grids(case.packed, run, sensors, stated, [learned.response.period_s]), added
     )
     if grid.channels != learned.response.channels:
         raise CannotComputeError(f"{manoeuvre.name}: other channels than the sound runs'")

@@ -6,11 +6,12 @@ the size with which, as it is taken, the runs become most probable, on all grids
 change stands beside the same direction as it differs between any two runs, which is small.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from pipeline.diagnose.coordinates import Added, partners
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, all_at
@@ -31,47 +32,53 @@ Asked = Sequence[Sequence[GridRun]]
 
 def with_sizes(
     known: Reference, asked: Asked, gained: Sequence[Gained]
-) -> tuple[Reference, dict[int, float]]:
-    """Take the likeliest single changes at their sizes.
+) -> tuple[Reference, tuple[Added, ...]]:
+    """Take the likeliest single changes at their sizes, and what acts only beside them.
 
     Returns
     -------
     known : Reference
         With these changes as directions of their own, behind all others.
-    sizes : dict
-        Their sizes (in units), by the direction that each is of; see `all_at`.
+    added : tuple of Added
+        Just these; see `all_at`.
     """
-    taken: dict[int, float] = {}
+    taken: dict[int, Added] = {}
+    beside: dict[str, tuple[Added, ...]] = {}
+    claimed = asked[0][0].claimed
     for _ in range(_ROUNDS):
-        learned = _beside(known.best, taken)
-        every = (*known.directions, *(known.directions[k] for k in taken))
-        own = [all_at(grids[:1], known.directions, taken)[0] for grids in asked]
+        added = (*taken.values(), *(one for own in beside.values() for one in own))
+        learned = _beside(known.best, added)
+        every = (*known.directions, *(one.direction for one in added))
+        own = [all_at(grids[:1], added)[0] for grids in asked]
         ranking = weighed(learned.told(own), every, learned.ordinary, gained, learned.sound)
         singles = [one for one in ranking if one.which and "+" not in one.name]
-        new = {
-            k: (held, one.runs)
-            for one in singles[_LIKELIEST - 1 :: -1]
-            for k, size in zip(one.which, one.mean.tolist(), strict=True)
-            if abs(held := min(max(size, every[k].bounds[0]), every[k].bounds[1])) > _LEAST_SIZE
-            and k < len(known.directions)
-        }
-        for k, (size, carrying) in new.items():
-            found = _most_probable(known, [asked[run] for run in carrying], k, size)
-            if found is not None:
-                taken[k] = found
-    grids = tuple(_beside(one, taken) for one in known.grids)
-    every = (*known.directions, *(known.directions[k] for k in taken))
-    stated = np.concatenate([known.stated, known.stated[list(taken)]])
-    return replace(known, directions=every, grids=grids, stated=stated), taken
+        for one in singles[_LIKELIEST - 1 :: -1]:
+            bounds = np.array([every[k].bounds for k in one.which])
+            size = dict(zip(one.which, np.clip(one.mean, *bounds.T).tolist(), strict=True))
+            large = [k for k in one.which if abs(size[k]) > _LEAST_SIZE and not every[k].beside]
+            if large and claimed is not None:
+                values = {every[k].parameter.name: every[k].value(size[k]) for k in one.which}
+                first = every[large[0]]
+                beside[one.name] = partners(claimed.packed, first, values, known.directions)
+            for k in (k for k in large if k < len(known.directions)):
+                found = _most_probable(known, [asked[run] for run in one.runs], k, size[k])
+                if found is not None:
+                    taken[k] = Added(every[k], found, k)
+    added = (*taken.values(), *(one for own in beside.values() for one in own))
+    grids = tuple(_beside(one, added) for one in known.grids)
+    every = (*known.directions, *(one.direction for one in added))
+    none = [NEVER if one.of is None else known.stated[one.of] for one in added]
+    stated = np.concatenate([known.stated, none])
+    return replace(known, directions=every, grids=grids, stated=stated), added
 
 
-def _beside(learned: Learned, taken: Mapping[int, float]) -> Learned:
+def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
     """Add directions of changes that never are ordinary, nor what sound runs are off by."""
-    if not taken:
+    if not added:
         return learned
     offset, ordinary = learned.offset, learned.ordinary
-    count, more = ordinary.width.size, len(taken)
-    places = [*range(count), *taken]
+    count, more = ordinary.width.size, len(added)
+    places = [*range(count), *(-1 if one.of is None else one.of for one in added)]
     none = np.zeros((len(offset.share), more))
     covariance = np.zeros((len(offset.share), count + more, count + more))
     covariance[:, :count, :count] = offset.covariance
@@ -92,10 +99,11 @@ def _told_at(
     known: Reference, asked: Asked, k: int, tried: float, *, grids: int
 ) -> list[tuple[float, float]]:
     """Information and score of a direction that is taken at a size, on so many grids."""
-    runs = [all_at(one[:grids], known.directions, {k: tried}) for one in asked]
+    added = [Added(known.directions[k], tried, k)]
+    runs = [all_at(one[:grids], added) for one in asked]
     found = []
     for learned, on_one in zip(known.grids[:grids], zip(*runs, strict=True), strict=True):
-        more = _beside(learned, {k: tried})
+        more = _beside(learned, added)
         both = [
             beyond_ordinary(one.tempered(more.ordinary.share), more.ordinary.width)
             for one in more.told(on_one)

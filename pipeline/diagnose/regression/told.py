@@ -44,10 +44,12 @@ class Told:
         )
 
     def at(self, places: Sequence[int]) -> "Told":
-        """Keep some directions, or have them more than once."""
-        own = list(places)
+        """Keep some directions, have them more than once, or (-1) one of which nothing is said."""
+        own, one = list(places), (0, 1)
         return Told(
-            self.by_channel[:, own][:, :, own], self.score_by_channel[:, own], self.thrust[own]
+            np.pad(self.by_channel, ((0, 0), one, one))[:, own][:, :, own],
+            np.pad(self.score_by_channel, ((0, 0), one))[:, own],
+            np.pad(self.thrust, one)[own],
         )
 
     def of_channel(self, channel: int) -> "Told":

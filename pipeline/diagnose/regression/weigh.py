@@ -261,23 +261,32 @@ def _hypotheses(
         if not seen:
             continue
         prior = float(np.log(PRIOR_OF_ONE * share))
-        own = [_change(runs, (k,), directions, prior + _prior_of(1, len(members))) for k in seen]
+        alone = [k for k in seen if not directions[k].beside]
+        more_of_it = [k for k in seen if directions[k].beside]
+        if more_of_it:  # alone, or with all that acts beside it
+            prior -= float(np.log(2.0))
+        count_all = len(members) - len(more_of_it)
+        own = [_change(runs, (k,), directions, prior + _prior_of(1, count_all)) for k in alone]
         own += _by_gains(directions, members[0], prior, gained)
         # those that are told best, one after the other
         first = max(own, key=_value)
-        for count in range(2, min(len(seen), _MOST_PARAMETERS) + 1):
+        for count in range(2, min(len(alone), _MOST_PARAMETERS) + 1):
             more = [
                 _change(
                     runs,
                     tuple(sorted((*first.which, k))),
                     directions,
-                    prior + _prior_of(count, len(members)),
+                    prior + _prior_of(count, count_all),
                 )
-                for k in seen
+                for k in alone
                 if k not in first.which
             ]
             first = max(more, key=_value)
             own += more
+        if more_of_it:
+            top = max(own, key=_worth)
+            whole = tuple(sorted((*top.which, *more_of_it)))
+            own.append(_change(runs, whole, directions, top.probability - top.evidence))
         singles += own
         best.append(max(own, key=_worth))
     best.sort(key=_worth, reverse=True)

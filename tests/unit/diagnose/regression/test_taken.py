@@ -24,13 +24,11 @@ def test_a_long_lag_is_taken_as_one_though_a_short_one_finds_itself() -> None:
         on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
         for run in case.runs
     ]
-    more, sizes = with_sizes(known, grids, ())
-    at = {
-        known.directions[k].name: known.directions[k].unit_size * size for k, size in sizes.items()
-    }
+    more, added = with_sizes(known, grids, ())
+    at = {one.direction.name: one.direction.unit_size * one.size for one in added}
     assert at["thruster_lag:lag_s"] == pytest.approx(LAG_S, rel=0.35)
-    runs = all_at(grids[0], known.directions, sizes)
-    assert runs[0].more.shape[1] == len(more.directions) == len(known.directions) + len(sizes)
+    runs = all_at(grids[0], added)
+    assert runs[0].more.shape[1] == len(more.directions) == len(known.directions) + len(added)
     told = more.best.told(runs[:1])[0]
     assert told.information.shape == 2 * (len(more.directions),)
     assert more.best.ordinary.width[-1] < 0.01
