@@ -261,32 +261,28 @@ def _hypotheses(
         if not seen:
             continue
         prior = float(np.log(PRIOR_OF_ONE * share))
-        alone = [k for k in seen if not directions[k].beside]
-        more_of_it = [k for k in seen if directions[k].beside]
-        if more_of_it:  # alone, or with all that acts beside it
-            prior -= float(np.log(2.0))
-        count_all = len(members) - len(more_of_it)
-        own = [_change(runs, (k,), directions, prior + _prior_of(1, count_all)) for k in alone]
+        # what acts only beside others is no change alone
+        beside = sum(bool(directions[k].beside) for k in members)
+        most, alone = _MOST_PARAMETERS + beside, [k for k in seen if not directions[k].beside]
+        own = [
+            _change(runs, (k,), directions, prior + _prior_of(1, len(members), most)) for k in alone
+        ]
         own += _by_gains(directions, members[0], prior, gained)
         # those that are told best, one after the other
         first = max(own, key=_value)
-        for count in range(2, min(len(alone), _MOST_PARAMETERS) + 1):
+        for count in range(2, min(len(seen), most) + 1):
             more = [
                 _change(
                     runs,
                     tuple(sorted((*first.which, k))),
                     directions,
-                    prior + _prior_of(count, count_all),
+                    prior + _prior_of(count, len(members), most),
                 )
-                for k in alone
+                for k in seen
                 if k not in first.which
             ]
             first = max(more, key=_value)
             own += more
-        if more_of_it:
-            top = max(own, key=_worth)
-            whole = tuple(sorted((*top.which, *more_of_it)))
-            own.append(_change(runs, whole, directions, top.probability - top.evidence))
         singles += own
         best.append(max(own, key=_worth))
     best.sort(key=_worth, reverse=True)
@@ -294,12 +290,12 @@ def _hypotheses(
     return [*found, *singles, *pairs]
 
 
-def _prior_of(count: int, members: int) -> float:
+def _prior_of(count: int, members: int, most: int) -> float:
     """Log prior that so many parameters of an effect are changed, and just these.
 
     Each further one is half as probable, and any choice of them as probable as another.
     """
-    most = min(members, _MOST_PARAMETERS)
+    most = min(members, most)
     share = 0.5 ** (count - 1) / (2.0 - 0.5 ** (most - 1))
     return float(np.log(share / math.comb(members, count)))
 
