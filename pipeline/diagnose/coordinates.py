@@ -147,7 +147,7 @@ def partners(
     beside: tuple[tuple[str, float], ...] = ()
     found = []
     for more in one.effect.parameters:
-        if more.name not in have:
+        if more.name not in have and beside:
             unit = _UNIT_SHARE * _far(more)
             own = replace(one, parameter=more, unit_size=unit, ordinary=0.0, beside=beside)
             if _acts(packed, own):

@@ -2,13 +2,19 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from diagnosis_cases import small_case
+from diagnosis_cases import index_of, small_case, small_coordinates
 
+from pipeline.diagnose.coordinates import Added, partners
+from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.held_out import FileModel
 from pipeline.diagnose.regression.known import learned
 from pipeline.diagnose.regression.taken import with_sizes
+from pipeline.effects.library import apply_effects
+from pipeline.effects.specification import EffectSpec
+from pipeline.measured.demand import demanded, settled
 
 LAG_S = 0.9
 EFFECTS = ("thruster_lag", "thruster_degraded", "quadratic_damping")
@@ -32,3 +38,46 @@ def test_a_long_lag_is_taken_as_one_though_a_short_one_finds_itself() -> None:
     told = more.best.told(runs[:1])[0]
     assert told.information.shape == 2 * (len(more.directions),)
     assert more.best.ordinary.width[-1] < 0.01
+
+
+MODULE = {"mass_kg": 3.0, "volume_m3": 0.001, "x_m": 0.3, "y_m": 0.0, "z_m": 0.1}
+OF_PAYLOAD = ("payload", "residual_buoyancy", "cg_shift", "added_mass")
+
+
+def test_mass_volume_and_place_of_a_module_make_the_whole_of_it() -> None:
+    case = small_case(seconds=4.0, manoeuvres=("prbs",))
+    every = small_coordinates(OF_PAYLOAD)
+    mass = every[index_of(every, "payload:mass_kg")]
+    own = [one for one in every if one.name != "payload:volume_m3"]
+    found = partners(case.packed, mass, MODULE, own)
+    assert [one.direction.parameter.name for one in found] == ["volume_m3", "x_m", "y_m", "z_m"]
+    assert dict(found[2].direction.beside) == {"mass_kg": 3.0, "volume_m3": 0.001, "x_m": 0.3}
+    assert partners(case.packed, mass, {}, own) == ()
+
+    def at(direction: Added) -> float:
+        one = direction.direction
+        return (MODULE[one.parameter.name] - one.parameter.neutral) / one.unit_size
+
+    added = [replace(one, size=at(one)) for one in (Added(mass, 0.0), *found)]
+    added = [one for one in added if one.size != 0.0]
+    (grid,) = on_grids(case.packed, case.runs[0], case.vehicle.sensors, (), [0.1])
+    (whole,) = all_at([grid], added)
+    claimed = grid.claimed
+    assert claimed is not None
+    changed = settled(
+        apply_effects(case.packed.vector, [EffectSpec("payload", MODULE)], case.packed.context)
+    )
+    force = -demanded(case.packed, changed, claimed.motion, still=True)
+    force += demanded(case.packed, settled(case.packed.vector), claimed.motion, still=True)
+    sizes = np.array([one.size for one in added])
+    total = np.einsum("mda,d->a", whole.more, sizes) / len(whole.more)
+    assert total == pytest.approx(force.mean(axis=0), rel=0.02, abs=0.02)
+
+
+@pytest.mark.slow
+def test_a_module_off_the_middle_is_named_with_its_place() -> None:
+    fault = ",".join(f"{name}={value}" for name, value in MODULE.items() if name != "z_m")
+    found = diagnose(small_case((f"payload:{fault}",), effects=OF_PAYLOAD))
+    assert found.verdict.effects == ("payload",)
+    low, high = found.ranking[0].parameters["x_m"].ci95
+    assert low < MODULE["x_m"] < high
