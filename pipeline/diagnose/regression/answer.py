@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.coordinates import Added, Coordinate
+from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.decide import decide, effects_of
 from pipeline.diagnose.regression.disturbance import beside_disturbance
 from pipeline.diagnose.regression.gained import Gained
@@ -17,11 +18,7 @@ from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.shrink import shrink_of
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.taken import with_sizes
-from pipeline.diagnose.regression.weigh import (
-    Change,
-    pooled,
-    weighed,
-)
+from pipeline.diagnose.regression.weigh import pooled, weighed
 from pipeline.diagnose.regression.where import STRETCH_S, gap_and_leftover
 from pipeline.diagnose.tell.sentence import sentence
 from pipeline.effects.effect import AXES

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pipeline.diagnose.regression.weigh import Change
+from pipeline.diagnose.regression.change import Change
 from pipeline.records.diagnosis import NONE, UNKNOWN
 
 #: What it costs to name what is not there, to leave the right one out of the set, for each further

@@ -6,11 +6,11 @@ import numpy as np
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.coordinates import Added
+from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.decide import Said, effects_of
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
-from pipeline.diagnose.regression.weigh import Change
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import NONE, UNKNOWN, NextRun
 from pipeline.simulate.fly import fly

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from pipeline.diagnose.coordinates import Coordinate
-from pipeline.diagnose.regression.weigh import Change
+from pipeline.diagnose.regression.change import Change
 
 #: Share of what a change does that its signature may be off by. [1]
 INEXACT = 0.1

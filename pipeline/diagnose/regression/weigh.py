@@ -12,19 +12,17 @@ directions at once.
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from pipeline.diagnose.coordinates import Coordinate
-from pipeline.diagnose.normal import log_inside
-from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
+from pipeline.diagnose.regression.change import Change, Shared, carried
 from pipeline.diagnose.regression.gained import PRIOR_OF_ONE, Gained, log_bound
-from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
+from pipeline.diagnose.regression.ordinary import Ordinary
 from pipeline.diagnose.regression.told import Told
 from pipeline.records.diagnosis import NONE, UNKNOWN
-from pipeline.types import FloatArray
 
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
 _NOTHING, _TWO = 0.6, 0.05
@@ -32,115 +30,14 @@ _NOTHING, _TWO = 0.6, 0.05
 _COMES_AND_GOES = 0.025
 #: That what was learned is off along some change, where there is none.
 _LEARNED_OFF = 0.03
-#: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
-_WIDTHS = ((1.0, 0.8), (3.0, 0.2))
 #: What is asked may scatter more than the few sound runs show: times their widths, and the
 #: probability of each. Under `unknown` it is more.
 _SPREADS, _STRANGE = ((1.0, 0.8), (2.0, 0.2)), 6.0
 _NO_SIZE = np.zeros(0)
-#: How much thrust a run may have of what the sound ones had. [1]
-_SCALES = (0.3, 3.0)
-#: Prior probability that all runs carry a change.
-_ALL_RUNS = 0.7
+#: Changes less probable than the first by so much (log) are no sign of what was learned.
+_HARDLY = 12.0
 #: Single changes from which pairs are built; parameters of an effect that change at once.
 _FROM, _MOST_PARAMETERS = 4, 3
-
-
-@dataclass(frozen=True)
-class Change:
-    """A hypothesis: directions (none for `none` and `unknown`) and the runs that carry them.
-
-    `evidence` is the logarithm over that of `none`; `mean` and `std` are of the sizes in the units
-    of the directions, before they are held to where they may lie.
-    """
-
-    name: str
-    which: tuple[int, ...]
-    runs: tuple[int, ...]
-    evidence: float
-    probability: float
-    mean: FloatArray
-    std: FloatArray
-
-
-class _Runs:
-    """What each run says of changes that it shares with others."""
-
-    def __init__(
-        self, told: Sequence[Told], directions: Sequence[Coordinate], ordinary: Ordinary
-    ) -> None:
-        self.count, self._directions, self._width = len(told), directions, ordinary.width
-        self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
-        self._told = [one.tempered(ordinary.share) for one in told]
-        self.information, self.score = [], []
-        for own in self._told:
-            information, score = beyond_ordinary(own, ordinary.width)
-            self.information.append(information)
-            self.score.append(score)
-
-    def over(self, width: FloatArray) -> float:
-        """Log evidence of these widths over others, where nothing changed."""
-        return sum(_evidence(one, self._width) - _evidence(one, width) for one in self._told)
-
-    def shared(
-        self, which: Sequence[int], runs: Sequence[int]
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """Log evidence, mean and standard deviation of a change that some runs share."""
-        own = np.ix_(which, which)
-        information = np.sum([self.information[r][own] for r in runs], axis=0)
-        score = np.sum([self.score[r][list(which)] for r in runs], axis=0)
-        tried = []
-        for width, prior in _WIDTHS:
-            inner = np.eye(len(which)) / width**2 + information
-            covariance = np.linalg.inv(inner)
-            mean, std = covariance @ score, np.sqrt(np.diag(covariance))
-            value = float(np.log(prior)) + 0.5 * float(score @ mean)
-            value -= 0.5 * float(np.linalg.slogdet(inner * width**2)[1])
-            for k, size, spread in zip(which, mean, std, strict=True):
-                bounds = self._directions[k].bounds
-                value += log_inside(float(size), float(spread), *bounds)
-                value -= log_inside(0.0, width, *bounds)
-            tried.append((value, mean, std))
-        total = float(np.logaddexp.reduce([one[0] for one in tried]))
-        _, mean, std = max(tried, key=lambda one: one[0])
-        return total, mean, std
-
-    def of_thrust(
-        self, which: Sequence[int], runs: Sequence[int], mean: FloatArray, std: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Sizes of changes of thrusters, over how much thrust the runs have as a whole.
-
-        All thrusters of a run give a share s of what they give in the sound runs, as is ordinary;
-        one that is changed gives s g, which stands there as a change of s (g - 1).
-        """
-        scales, errors, weights = [], [], []
-        for run in runs:
-            told, thrust = self._told[run], self._told[run].thrust * self._of_all
-            inner = np.eye(thrust.size) + self._width[:, None] * told.information * self._width
-            score = told.score - told.information[:, list(which)] @ mean
-            every = np.column_stack([self._width * score, self._width * thrust])
-            solved = self._width[:, None] * np.linalg.solve(inner, every)
-            scales.append(1.0 + float(thrust @ solved[:, 0]))
-            errors.append(float(thrust @ solved[:, 1]))
-            weights.append(float(np.trace(self.information[run][np.ix_(which, which)])))
-        share = np.array(weights) / max(float(np.sum(weights)), 1e-12)
-        scale = float(np.clip(share @ scales, *_SCALES))
-        error = float(np.sqrt(share**2 @ errors))
-        changed = [
-            one.effect.of_thrusters or one.target is not None
-            for one in (self._directions[k] for k in which)
-        ]
-        own = np.array(changed) & ~self._of_all[list(which)]
-        spread = np.hypot(std, mean * error) / scale
-        return np.where(own, mean / scale, mean), np.where(own, spread, std)
-
-
-def _evidence(told: Told, width: FloatArray) -> float:
-    """Log evidence that directions differ by these widths, over that they do not differ."""
-    inner = np.eye(width.size) + width[:, None] * told.information * width
-    score = width * told.score
-    value = score @ np.linalg.solve(inner, score) - np.linalg.slogdet(inner)[1]
-    return 0.5 * float(value)
 
 
 def weighed(
@@ -168,17 +65,19 @@ def weighed(
     sound : sequence of Told
         Of each sound run, predicted from the others.
     """
-    every: list[tuple[_Runs | None, Change]] = []
+    every: list[tuple[Shared | None, Change]] = []
     for times, prior in _SPREADS:
         width = times * ordinary.width
-        runs = _Runs(told, directions, replace(ordinary, width=width))
+        runs = Shared(told, directions, replace(ordinary, width=width))
         spread = runs.over(ordinary.width) + float(np.log(prior))
         own = _hypotheses(runs, told, directions, gained)
         if sound:
-            all_runs = _Runs([*sound, *told], directions, replace(ordinary, width=width))
-            own += [_alike(all_runs, one) for one in own if one.which]
+            all_runs = Shared([*sound, *told], directions, replace(ordinary, width=width))
+            least = max(one.probability for one in own) - _HARDLY
+            likely = [one for one in own if one.which and one.probability > least]
+            own += [_alike(all_runs, one, len(sound)) for one in likely]
         every += [(runs, replace(one, probability=one.probability + spread)) for one in own]
-    strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
+    strange = Shared(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
     )
     rest = float(np.log(1.0 - _NOTHING - PRIOR_OF_ONE - _TWO - _COMES_AND_GOES))
@@ -186,7 +85,7 @@ def weighed(
     logs = np.array([one.probability for _, one in every])
     shares = np.exp(logs - logs.max())
     shares /= shares.sum()
-    shown: dict[str, tuple[_Runs | None, Change]] = {}
+    shown: dict[str, tuple[Shared | None, Change]] = {}
     whole: dict[str, float] = {}
     for (runs_of, one), share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
         shown.setdefault(one.name, (runs_of, one))
@@ -248,7 +147,7 @@ def pooled(rankings: Sequence[Sequence[Change]]) -> tuple[Change, ...]:
 
 
 def _hypotheses(
-    runs: "_Runs",
+    runs: "Shared",
     told: Sequence[Told],
     directions: Sequence[Coordinate],
     gained: Sequence[Gained],
@@ -300,7 +199,7 @@ def _prior_of(count: int, members: int, most: int) -> float:
     return float(np.log(share / math.comb(members, count)))
 
 
-def _whole(runs: _Runs | None, one: Change, probability: float) -> Change:
+def _whole(runs: Shared | None, one: Change, probability: float) -> Change:
     """Give a change the probability of all that bear its name, and its size over the thrust."""
     if runs is None or not one.which:
         return replace(one, probability=probability)
@@ -355,27 +254,16 @@ def _name(one: Coordinate) -> str:
 
 
 def _change(
-    runs: _Runs, which: tuple[int, ...], directions: Sequence[Coordinate], prior: float
+    runs: Shared, which: tuple[int, ...], directions: Sequence[Coordinate], prior: float
 ) -> Change:
     """One effect, carried by all runs or by those that speak for it most."""
-    alone = [runs.shared(which, (r,))[0] for r in range(runs.count)]
-    order = np.argsort([-one for one in alone]).tolist()
-    subsets = [tuple(sorted(order[: n + 1])) for n in range(runs.count)]
-    logs, seen = [], []
-    for own in subsets:
-        value, mean, std = runs.shared(which, own)
-        share = _ALL_RUNS if len(own) == runs.count else (1.0 - _ALL_RUNS) / (2**runs.count - 2)
-        if runs.count == 1:
-            share = 1.0
-        logs.append(value + float(np.log(share)))
-        seen.append((own, mean, std))
-    best = int(np.argmax(logs))
-    own, mean, std = seen[best]
-    total = float(np.logaddexp.reduce(logs))
+    shares = carried(runs, which)
+    own, mean, std = max(shares, key=lambda one: one[0])[1:]
+    total = float(np.logaddexp.reduce([one[0] for one in shares]))
     return Change(_name(directions[which[0]]), which, own, total, total + prior, mean, std)
 
 
-def _pair(runs: _Runs, first: Change, second: Change) -> Change:
+def _pair(runs: Shared, first: Change, second: Change) -> Change:
     """Two effects at once, in the runs that carry either."""
     prior = float(np.log(_TWO / PRIOR_OF_ONE**2))
     prior += sum(one.probability - one.evidence for one in (first, second))
@@ -386,8 +274,12 @@ def _pair(runs: _Runs, first: Change, second: Change) -> Change:
     return Change(name, which, own, value, value + prior, mean, std)
 
 
-def _alike(runs: _Runs, one: Change) -> Change:
-    """No change: all runs, the sound ones too, differ from what was learned by it."""
-    share = float(np.log(_NOTHING * _LEARNED_OFF / PRIOR_OF_ONE)) + one.probability - one.evidence
-    value, _, _ = runs.shared(one.which, range(runs.count))
-    return Change(NONE, (), (), 0.0, value + share, _NO_SIZE, _NO_SIZE)
+def _alike(runs: Shared, one: Change, sound: int) -> Change:
+    """No change: the sound runs, which come first, or some of them have it as well.
+
+    A manoeuvre that shows what the response has not learned shows it in both.
+    """
+    prior = float(np.log(_NOTHING * _LEARNED_OFF / PRIOR_OF_ONE)) + one.probability - one.evidence
+    shares = [value for value, own, _, _ in carried(runs, one.which) if own[0] < sound <= own[-1]]
+    value = float(np.logaddexp.reduce(shares)) if shares else -np.inf
+    return Change(NONE, (), (), 0.0, value + prior, _NO_SIZE, _NO_SIZE)

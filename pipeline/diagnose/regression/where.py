@@ -16,10 +16,10 @@ from pipeline.diagnose.gap.regimes import (
     time_shares,
 )
 from pipeline.diagnose.regression.ahead import channel_gaps, error_of, errors_of, rms_of
+from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.grid import CHANNELS
 from pipeline.diagnose.regression.known import Learned, ToldRun
 from pipeline.diagnose.regression.signatures import FIRST
-from pipeline.diagnose.regression.weigh import Change
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import Gap, Leftover, Where
 from pipeline.types import BoolArray, FloatArray, IntArray

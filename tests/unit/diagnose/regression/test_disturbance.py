@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.disturbance import block_powers, log_odds
-from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, Change, with_disturbance
+from pipeline.diagnose.regression.weigh import NONE, UNKNOWN, with_disturbance
 
 PERIOD_S = 0.25
 NO_SIZE = np.zeros(0)

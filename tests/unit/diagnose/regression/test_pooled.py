@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pipeline.diagnose.regression.weigh import NONE, Change, pooled
+from pipeline.diagnose.regression.change import Change
+from pipeline.diagnose.regression.weigh import NONE, pooled
 
 
 def change(name: str, probability: float, mean: float, which: tuple[int, ...] = (0,)) -> Change:

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from diagnosis_cases import index_of, small_case, small_coordinates
 
@@ -15,6 +14,7 @@ from pipeline.diagnose.regression.taken import with_sizes
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.measured.demand import demanded, settled
+from pipeline.simulate.pack import mass_of
 
 LAG_S = 0.9
 EFFECTS = ("thruster_lag", "thruster_degraded", "quadratic_damping")
@@ -61,7 +61,6 @@ def test_mass_volume_and_place_of_a_module_make_the_whole_of_it() -> None:
     added = [replace(one, size=at(one)) for one in (Added(mass, 0.0), *found)]
     added = [one for one in added if one.size != 0.0]
     (grid,) = on_grids(case.packed, case.runs[0], case.vehicle.sensors, (), [0.1])
-    (whole,) = all_at([grid], added)
     claimed = grid.claimed
     assert claimed is not None
     changed = settled(
@@ -69,9 +68,14 @@ def test_mass_volume_and_place_of_a_module_make_the_whole_of_it() -> None:
     )
     force = -demanded(case.packed, changed, claimed.motion, still=True)
     force += demanded(case.packed, settled(case.packed.vector), claimed.motion, still=True)
-    sizes = np.array([one.size for one in added])
-    total = np.einsum("mda,d->a", whole.more, sizes) / len(whole.more)
-    assert total == pytest.approx(force.mean(axis=0), rel=0.02, abs=0.02)
+    parts = [claimed.departure(one.direction, one.size) for one in added]
+    sizes = [one.size for one in added]
+    total = sum(size * one.wrench for size, one in zip(sizes, parts, strict=True))
+    assert total == pytest.approx(force, abs=1e-6)
+    more = sum(size * one.mass for size, one in zip(sizes, parts, strict=True))
+    assert more == pytest.approx(mass_of(changed) - mass_of(case.packed.vector), abs=1e-6)
+    (whole,) = all_at([grid], added)
+    assert whole.added.more.shape[1] == len(added)
 
 
 @pytest.mark.slow

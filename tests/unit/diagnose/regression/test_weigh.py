@@ -232,3 +232,17 @@ def test_sound_runs_that_are_as_they_were_learned_or_say_nothing_hide_no_change(
     first = weighed(asked, DIRECTIONS, ORDINARY, sound=sound)[0]
     assert first.name == "residual_buoyancy"
     assert first.probability > 0.9
+
+
+def test_what_one_sound_run_shows_as_well_is_no_change() -> None:
+    """A manoeuvre that shows what was not learned shows it in sound runs, too."""
+    asked = [told((0.0, 0.0, 0.6)), told((0.0, 0.0, 0.0)), told((0.0, 0.0, 0.0))]
+    none = told((0.0, 0.0, 0.0))
+    alone = weighed(asked, DIRECTIONS, ORDINARY, (), [none, none, none])
+    beside = weighed(asked, DIRECTIONS, ORDINARY, (), [told((0.0, 0.0, 0.6)), none, none])
+    found = [
+        {one.name: one.probability for one in ranking}["residual_buoyancy"]
+        for ranking in (alone, beside)
+    ]
+    assert found[0] > 0.5
+    assert found[1] < 0.2
