@@ -90,8 +90,11 @@ def bench_line(
     volts = made.supply_voltage_v
     name = as_it_is(title)
     where = f"{name} at {volts:g} V" if volts is not None else name
+    # a drive that does not reverse has a mirrored branch that it never enters
+    largest = fixed(ahead.thrust_max_n[0], 1)
+    largest += f" / {fixed(-astern.thrust_max_n[0], 1)}" if made.code_min < 0 else ""
     parts = [
-        f"{fixed(ahead.thrust_max_n[0], 1)} / {fixed(-astern.thrust_max_n[0], 1)} N at rest",
+        f"{largest} N at rest",
         f"dead zone to code {code(round(ahead.code[0][0]))}",
     ]
     own = [p for p in mooring.points if not p.marks and p.code] if mooring is not None else []

@@ -12,7 +12,7 @@ import synthetic_records
 from pipeline.errors import InputError, Place, Problem
 from pipeline.records.base import AppliedChange, FileChange
 from pipeline.records.fits import Check, InverseCharacteristic
-from pipeline.report.bench_results import vehicle_glance
+from pipeline.report.bench_results import bench_line, vehicle_glance
 from pipeline.report.blocks import Details, Figure
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
@@ -454,3 +454,14 @@ def test_as_many_notes_are_counted_as_the_table_has_rows() -> None:
     assert isinstance(found, Details)
     assert found.summary == "1 note: what was assumed"
     assert note_block([Problem("warning", Place("a.xlsx"), "odd")]) is None
+
+
+def test_a_drive_that_does_not_reverse_has_no_thrust_astern(results: VehicleResults) -> None:
+    inverse = results.inverse
+    assert inverse is not None
+    assert inverse.firmware is not None
+    assert " / " in bench_line("rov", inverse)
+    one_way = inverse.model_copy(
+        update={"firmware": inverse.firmware.model_copy(update={"code_min": 0})}
+    )
+    assert re.search(r"rov: \d+\.\d N at rest", bench_line("rov", one_way))
