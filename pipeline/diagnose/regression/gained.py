@@ -8,7 +8,6 @@ import numpy as np
 from pipeline.effects.specification import EffectSpec
 from pipeline.identify.gain_tests import FALSE_ALARMS
 from pipeline.records.diagnosis import (
-    NONE,
     UNKNOWN,
     Detail,
     DiagnosisRecord,
@@ -68,19 +67,14 @@ def log_bound(p_value: float) -> float:
 def with_dead_thruster(
     record: DiagnosisRecord, gained: Gained
 ) -> tuple[DiagnosisRecord, tuple[EffectSpec, ...]]:
-    """Put a dead thruster first where the answer names nothing; `unknown` stays beside it.
+    """Put a dead thruster before an answer that names nothing; `unknown` stays beside it.
 
     A model that is wrong otherwise drowns what one thruster lacks; the regression of the motion on
     what was commanded asks for that alone. The odds are those of its test, which counts all
     comparisons.
     """
-    verdict = record.verdict
-    if verdict.effects not in {(NONE,), (UNKNOWN,)}:
-        return record, ()
-    odds = odds_of_test(gained.p_value)
+    verdict, odds = record.verdict, odds_of_test(gained.p_value)
     sure = odds / (1.0 + odds)
-    if sure < verdict.probability and verdict.effects == (NONE,):
-        return record, ()
     value = float(np.clip(gained.value, 0.0, 1.0))
     low, high = (float(np.clip(end, 0.0, 1.0)) for end in gained.ci95)
     size = ParameterEstimate(value=value, unit="1", ci95=(low, high))
@@ -99,16 +93,13 @@ def with_dead_thruster(
         if one.effect != _DEAD
     )
     runs = [record.runs[k] for k in gained.runs]
-    besides = verdict.effects == (UNKNOWN,)
     text = (
         f"{gained.thruster} does nothing: {value:.2f} of its thrust [{low:.2f}, {high:.2f}] by the "
-        f"motion in {', '.join(runs)} (probability {sure:.2f})."
+        f"motion in {', '.join(runs)} (probability {sure:.2f}). Besides: {verdict.sentence}"
     )
-    if besides:
-        text += f" Besides: {verdict.sentence}"
     told = verdict.model_copy(
         update={
-            "effects": (_DEAD, UNKNOWN) if besides else (_DEAD,),
+            "effects": (_DEAD, UNKNOWN),
             "probability": sure,
             "ambiguous_with": (),
             "detail": Detail(thruster=gained.thruster),
