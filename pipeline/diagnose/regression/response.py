@@ -22,6 +22,8 @@ from pipeline.types import FloatArray, IntArray
 _SLIGHTLY = 0.1
 #: Features that say less than this share of the largest one are no dimension of their own.
 _RANK = 1e-4
+#: Rows for each feature without which a rest tells nothing of noise.
+_ROWS = 2
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class Response(Ridge):
         -------
         tuple of ndarray, shape (c,)
             Mean square, each over its degrees of freedom, of what they explain of it, of the rest,
-            and of what they explain of the change.
+            and of what they explain of the change; not a number for runs too short to tell.
         """
         found = np.zeros((3, len(self.channels)))
         for c, own in enumerate(self._seen(run, left_out).white):
@@ -138,7 +140,7 @@ class Response(Ridge):
             left = own.rest - did
             basis, count = own.basis, own.basis.shape[1]
             within = float(np.sum((basis.T @ left) ** 2))
-            rest = max(len(left) - count, 1)
+            rest = len(left) - count if len(left) >= _ROWS * count else np.nan
             found[:, c] = (
                 within / count,
                 max(float(left @ left) - within, 1e-24) / rest,

@@ -175,6 +175,9 @@ def test_motion_and_force_explain_what_a_weak_thruster_leaves_and_no_noise(
     left, rest, did = learned.explained(run, all_of_it)
     assert left == pytest.approx(rest, rel=0.8)
     assert did[0] > 20.0 * rest[0]
+    few = {name: getattr(run, name)[:30] for name in ("time_s", "velocity", "attitude", "down")}
+    short = replace(run, **few, wrench=run.wrench[:30], more=run.more[:30])
+    assert np.isnan(learned.explained(short, none)[1]).all()
 
 
 def test_directions_that_are_added_are_as_if_they_had_been_there(learned: Response) -> None:
