@@ -157,12 +157,12 @@ def _hypotheses(
     singles, best = [], []
     for members, share in _groups(directions):
         seen = [k for k in members if any(one.information[k, k] > 0.0 for one in told)]
-        if not seen:
+        # what acts only beside others is no change alone
+        alone = [k for k in seen if not directions[k].beside]
+        if not alone:
             continue
         prior = float(np.log(PRIOR_OF_ONE * share))
-        # what acts only beside others is no change alone
-        beside = sum(bool(directions[k].beside) for k in members)
-        most, alone = _MOST_PARAMETERS + beside, [k for k in seen if not directions[k].beside]
+        most = _MOST_PARAMETERS + sum(bool(directions[k].beside) for k in members)
         own = [
             _change(runs, (k,), directions, prior + _prior_of(1, len(members), most)) for k in alone
         ]

@@ -68,7 +68,7 @@ def test_check_says_that_there_are_no_data_yet(tmp_path: Path) -> None:
 
 ROWS: dict[str, list[tuple[object, ...]]] = {
     "load_test": [
-        (code, 12 * code - 20 * i, 0.004 * code * (1 + i))
+        (code, 12 * code - 20 * i, 3e-6 * code**2 * (1 + i))
         for code in (40, 80, 120)
         for i in range(6)
     ],
