@@ -20,7 +20,7 @@ from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.weigh import weighed
 
 #: Single changes that are taken at their sizes, in so many rounds, but for small ones (in units).
-_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.03
+_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.1
 #: Steps in which a size is sought, coarse and fine, and the log evidence that one must be worth.
 _STEPS, _WORTH = (2.0, 2.0**0.5), 1.0
 #: Share by which what is found at half the size, or at a unit, may differ of one in proportion.
