@@ -9,7 +9,14 @@ from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
 from pipeline.simulate.run import check_step
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
-from pipeline.simulate.tether_arrays import TetherRecord, history, prepare, refuse, velocities
+from pipeline.simulate.tether_arrays import (
+    TetherRecord,
+    history,
+    prepare,
+    refuse,
+    swung,
+    velocities,
+)
 from pipeline.types import ArrayLike, FloatArray
 
 
@@ -72,25 +79,13 @@ def swing(
         winch_command=winch_command,
     )
     out = TetherRecord.empty(steps, len(inputs.place))
-    status = kernel.swing(
-        inputs.cable,
-        inputs.winch,
-        inputs.profile,
-        kernel.FREE if lower == "free" else kernel.HELD,
-        inputs.top_velocity,
-        velocities("lower end", lower_velocity_mps, steps),
-        inputs.commands,
-        inputs.fastest_water,
-        float(dt_s),
-        settle,
-        inputs.place,
-        inputs.speed,
-        inputs.rest,
-        inputs.carried,
-        out.place,
-        out.tension,
-        out.ends,
-        out.logs,
+    status = swung(
+        inputs,
+        out,
+        lower=kernel.FREE if lower == "free" else kernel.HELD,
+        lower_velocity=velocities("lower end", lower_velocity_mps, steps),
+        dt_s=dt_s,
+        settle=settle,
     )
     refuse(status, tether, dt_s)
     return history(out, inputs, dt_s=dt_s)

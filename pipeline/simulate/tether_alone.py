@@ -16,6 +16,7 @@ from pipeline.simulate.tether_arrays import (
     prepare,
     refuse,
     refuse_short,
+    swung,
 )
 from pipeline.types import FloatArray
 
@@ -62,26 +63,8 @@ def hang(
     steps = max(int(np.ceil(settle_s / _STEP_S)), 1)
     inputs = prepare(tether, state, steps=steps, current_mps=current)
     out = TetherRecord.empty(steps, len(inputs.place))
-    status = kernel.swing(
-        inputs.cable,
-        inputs.winch,
-        inputs.profile,
-        kernel.HELD,
-        inputs.top_velocity,
-        np.zeros((1, 3)),
-        inputs.commands,
-        inputs.fastest_water,
-        _STEP_S,
-        True,  # nodes are stopped at each peak of their energy, which brings them to rest
-        inputs.place,
-        inputs.speed,
-        inputs.rest,
-        inputs.carried,
-        out.place,
-        out.tension,
-        out.ends,
-        out.logs,
-    )
+    still = np.zeros((1, 3))
+    status = swung(inputs, out, lower=kernel.HELD, lower_velocity=still, dt_s=_STEP_S, settle=True)
     refuse(status, tether, _STEP_S)
     return replace(state, position_ned_m=history(out, inputs, dt_s=_STEP_S).final.position_ned_m)
 

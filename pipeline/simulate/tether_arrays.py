@@ -51,6 +51,45 @@ class TetherRecord:
         )
 
 
+def swung(
+    inputs: Prepared,
+    out: TetherRecord,
+    *,
+    lower: int,
+    lower_velocity: FloatArray,
+    dt_s: float,
+    settle: bool,
+) -> int:
+    """Let the kernel move a tether between its ends, and fill `out`; return its status.
+
+    `lower` is ``kernel_swing.FREE`` or ``HELD``, `lower_velocity` (1 or steps, 3) that of a held
+    end [m/s]; with `settle` nodes are stopped at each peak of their energy, which brings them to
+    rest.
+    """
+    return int(
+        kernel.swing(
+            inputs.cable,
+            inputs.winch,
+            inputs.profile,
+            lower,
+            inputs.top_velocity,
+            lower_velocity,
+            inputs.commands,
+            inputs.fastest_water,
+            float(dt_s),
+            settle,
+            inputs.place,
+            inputs.speed,
+            inputs.rest,
+            inputs.carried,
+            out.place,
+            out.tension,
+            out.ends,
+            out.logs,
+        )
+    )
+
+
 def prepare(
     tether: LumpedMassTether,
     state: TetherState,
