@@ -11,10 +11,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.ridge import Fit, Ridge
-from pipeline.diagnose.regression.signatures import Rows, features, stays
+from pipeline.diagnose.regression.signatures import Rows, features
 from pipeline.diagnose.regression.told import BESIDE, Told
 from pipeline.types import FloatArray, IntArray
 
@@ -69,17 +68,9 @@ class _Seen:
 class Response(Ridge):
     """The learned response of a vehicle; see `Ridge` for its parameters."""
 
-    def __init__(
-        self,
-        runs: Sequence[GridRun],
-        bent: float,
-        mean: Step = stays,
-        file: Step | None = None,
-        *,
-        stiff: float = 1.0,
-    ) -> None:
-        super().__init__(runs, bent, mean, file, stiff=stiff)
-        self._known: WeakKeyDictionary[GridRun, dict[int | None, _Seen]] = WeakKeyDictionary()
+    @cached_property
+    def _known(self) -> WeakKeyDictionary[GridRun, dict[int | None, _Seen]]:
+        return WeakKeyDictionary()
 
     def told_of_sound(self) -> list[Told]:
         """Return what each sound run says of the directions when the others predict it."""
