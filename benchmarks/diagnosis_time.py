@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from benchmarks import page
+from evaluation.baselines import bic_baseline
 from pipeline.blind.generate import CaseSpec, generate
-from pipeline.campaign.baselines import bic_baseline
 from pipeline.campaign.blind_case import load_subject, packed_of
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose

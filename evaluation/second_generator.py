@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from evaluation.campaign_page import goal_table, write_block, write_csv, write_pictures
 from evaluation.cases import SecondCase, make_case
 from pipeline.blind.label import CaseLabel, TrueEffect, seal
 from pipeline.blind.rates import Rate, at_least, at_most, rate
 from pipeline.blind.score import Score, confusion
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, score_case
 from pipeline.campaign.campaign import CampaignRequest, CampaignResult, diagnosed, judged, run_cases
-from pipeline.campaign.page import goal_table, write_block, write_csv, write_pictures
 from pipeline.diagnose.case import Case
 from pipeline.effects.library import module_names
 from pipeline.errors import InputError

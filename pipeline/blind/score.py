@@ -39,13 +39,8 @@ class Score(Record):
 
 
 class CampaignScore(Score):
-    """The result of a blind check on generated cases; `missed` are those that count against it.
+    """The result of a blind check on generated cases; `missed` are those that count against it."""
 
-    `compared` is the confusion of this diagnosis on the cases that the plain methods answered, too.
-    """
-
-    compared: Confusion
-    baselines: dict[str, Confusion]
     missed: tuple[Miss, ...]
 
 
@@ -113,24 +108,13 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
             lambda _median, p90, _mean: p90 <= 30.0,
         ),
     )
-    names = sorted({name for one in scores for name in one.baselines})
     return CampaignScore(
         cases=len(scores),
         refused=sum(bool(one.refused) for one in scores),
         goals=against_goals(scores),
         rates=tuple(rates),
         figures=figures,
-        confusion=confusion(scores, lambda one: _one_word(one.verdict)),
-        compared=confusion(
-            [one for one in scores if one.baselines], lambda one: _one_word(one.verdict)
-        ),
-        baselines={
-            name: confusion(
-                [one for one in scores if name in one.baselines],
-                lambda one, name=name: one.baselines[name],  # type: ignore[misc]  # defaults of a lambda have no type
-            )
-            for name in names
-        },
+        confusion=confusion(scores, lambda one: one_word(one.verdict)),
         missed=missed(scores),
     )
 
@@ -208,7 +192,8 @@ def _of_healthy(part: Sequence[CaseScore], word: str) -> list[Rate]:
     ]
 
 
-def _one_word(effects: tuple[str, ...]) -> str:
+def one_word(effects: tuple[str, ...]) -> str:
+    """Return the effect, or ``pair`` where there are several."""
     return effects[0] if len(effects) == 1 else "pair"
 
 
@@ -218,7 +203,7 @@ def confusion(scores: Sequence[CaseScore], answer: Callable[[CaseScore], str]) -
     for one in scores:
         if one.kind not in ("single", "none", "outside"):
             continue
-        told = rows.setdefault(_one_word(one.truth), {})
+        told = rows.setdefault(one_word(one.truth), {})
         told[answer(one)] = told.get(answer(one), 0) + 1
     last = ("none", "unknown", "pair", "refused")
     names = {name for row in rows.values() for name in row} | set(rows)

@@ -8,8 +8,6 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pydantic import Field
-
 from pipeline.blind.label import CaseLabel
 from pipeline.records.base import Record
 from pipeline.records.diagnosis import VELOCITIES
@@ -81,7 +79,6 @@ class CaseScore(Record):
     log_evidence: float | None = None
     """Of the first answer, and of the held-out windows for it."""
     held_out_log_evidence: float | None = None
-    baselines: dict[str, str] = Field(default_factory=dict)
 
 
 def score_case(
@@ -90,13 +87,11 @@ def score_case(
     verdict: Mapping[str, Any],
     *,
     elapsed_s: float | None = None,
-    baselines: Mapping[str, str] | None = None,
 ) -> CaseScore:
     """Score a verdict.
 
     The content of ``diagnosis.json``, or ``{"refused": reason}`` where the data were called
-    hopeless. `elapsed_s` is the time of the diagnosis, that of the verdict otherwise [s];
-    `baselines` name the effect that each baseline puts first.
+    hopeless. `elapsed_s` is the time of the diagnosis, that of the verdict otherwise [s].
     """
     refused = str(verdict.get("refused", ""))
     answer = verdict.get("verdict", {})
@@ -165,7 +160,6 @@ def score_case(
         gap_seen=max((one["ratio"] for one in _channels(verdict).values()), default=None),
         log_evidence=first.get("log_evidence"),
         held_out_log_evidence=first.get("held_out_log_evidence"),
-        baselines=dict(baselines or {}),
         **values,
     )
 

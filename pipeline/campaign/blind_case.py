@@ -46,7 +46,6 @@ class BlindRequest(CampaignRequest):
     raw: Path = Path("raw")
     out: Path = Path()
     vehicles: tuple[str, ...] = USUAL
-    baselines: bool = True
     keep_logs: bool = False
     run_s: float = RUN_S
 
@@ -124,15 +123,7 @@ def run_case(
     packed = packed_of(case.subject)
     without = spec.what if spec.kind == "leave_one_out" else ()
     label, content, elapsed_s = judged(sealed, lambda: diagnose(case, packed, without))
-    answers: dict[str, str] = {}
-    if request.baselines and not without:
-        from pipeline.campaign.baselines import bic_baseline, sparse_baseline
-
-        answers = {
-            "BIC on raw residuals": bic_baseline(case.subject.vehicle, packed, case.runs),
-            "sparse regression": sparse_baseline(case.subject.vehicle, packed, case.runs),
-        }
-    score = score_case(name, label, content, elapsed_s=elapsed_s, baselines=answers)
+    score = score_case(name, label, content, elapsed_s=elapsed_s)
     return {"number": number, "score": score.model_dump(mode="json")}
 
 
@@ -148,10 +139,11 @@ def run_campaign(
         "run_s": request.run_s,
         "code": code_digest(__name__, *module_names()),
     }
-    return run_cases(request, header, partial(run_case, request=request), _scored, said)
+    return run_cases(request, header, partial(run_case, request=request), scored, said)
 
 
-def _scored(lines: Sequence[Mapping[str, Any]]) -> CampaignScore:
+def scored(lines: Sequence[Mapping[str, Any]]) -> CampaignScore:
+    """Score the lines of a campaign."""
     return score_campaign(
         [CaseScore.model_validate_json(json.dumps(line["score"])) for line in lines]
     )

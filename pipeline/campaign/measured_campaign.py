@@ -1,7 +1,7 @@
 """The measured blind check: effects put into runs that were flown, diagnosed, opened, scored."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -130,10 +130,14 @@ def run_measured(
         "data": _data_digest(request.data),
         "code": code_digest(__name__, *module_names()),
     }
-    run = partial(run_case, request=request, diagnose=diagnose)
     return run_cases(
-        request, header, run, lambda lines: score_measured(measured_lines(lines)), said
+        request, header, partial(run_case, request=request, diagnose=diagnose), scored, said
     )
+
+
+def scored(lines: Sequence[Mapping[str, Any]]) -> Score:
+    """Score the lines of a campaign."""
+    return score_measured(measured_lines(lines))
 
 
 def _data_digest(data: Path) -> str:

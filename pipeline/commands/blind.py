@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT, RAW, NumberRange, to_file, to_folder
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, NumberRange, to_folder
 from pipeline.commands.common.say import print_json, say
 from pipeline.language import translate
 
@@ -50,12 +50,6 @@ if TYPE_CHECKING:
     help="Cases at a time.",
 )
 @click.option(
-    "--baselines/--no-baselines",
-    default=True,
-    show_default=True,
-    help="Let the plain methods answer too.",
-)
-@click.option(
     "--run-s",
     type=NumberRange(20.0, 1800.0),
     default=60.0,
@@ -64,7 +58,6 @@ if TYPE_CHECKING:
     help="Length of each of a case's six runs.",
 )
 @click.option("--keep-logs", is_flag=True, help="Write the logs of every case as well.")
-@to_file("Write the result as a page with pictures, too.", "--page", shown="FILE.md")
 @AS_JSON
 @RAW
 @OUT
@@ -72,12 +65,10 @@ def blind(
     *,
     to: Path | None,
     data: Path | None,
-    page: Path | None,
     as_json: bool,
     raw: Path,
     out: Path,
     vehicles: tuple[str, ...],
-    baselines: bool,
     run_s: float,
     keep_logs: bool,
     **what: Any,  # noqa: ANN401 - fields of the request
@@ -92,12 +83,12 @@ def blind(
     \b
     Examples:
       rig2sea blind --cases 20 --to blind-20
-      rig2sea blind --cases 848 --seed 1 --to blind-848 --page docs/blind_check.md
+      rig2sea blind --cases 848 --seed 1 --to blind-848
       rig2sea blind --cases 848 --seed 1 --to blind-848 --resume
       rig2sea blind --only 368 --seed 1 --to one-case --keep-logs
       rig2sea blind --measured data --cases 120 --to measured --resume
     """
-    from pipeline.campaign import blind_case, blind_page, measured_campaign, measured_page
+    from pipeline.campaign import blind_case, measured_campaign
 
     result: CampaignResult[Any]
     if data is not None:
@@ -108,28 +99,21 @@ def blind(
         to = to or out / "processed" / "blind_measured"
         measured = measured_campaign.MeasuredRequest(to=to, data=data, **what)
         result = measured_campaign.run_measured(measured, _said)
-        if page is not None:
-            measured_page.write_page(result, measured, page)
     else:
         request = blind_case.BlindRequest(
             to=to or out / "processed" / "blind",
             raw=raw,
             out=out,
             vehicles=vehicles or blind_case.USUAL,
-            baselines=baselines,
             keep_logs=keep_logs,
             run_s=run_s,
             **what,
         )
         result = blind_case.run_campaign(request, _said)
-        if page is not None:
-            blind_page.write_page(result, request, page)
     if as_json:
         print_json(result.to_json())
     else:
         say(_text(result))
-        if page is not None:
-            click.echo(str(page))
     if result.done < result.wanted:  # stopped: a script must not take it for a whole campaign
         raise click.exceptions.Exit(1)
 

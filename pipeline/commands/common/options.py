@@ -60,7 +60,7 @@ def several(option: str, metavar: str, meaning: str) -> Callable[[_F], _F]:
 
 
 #: Parameters of commands that name what is written, by the user's will.
-_WRITTEN = ("to", "page")
+_WRITTEN = ("to",)
 
 
 def keep_raw_apart(parameters: Mapping[str, Any]) -> None:

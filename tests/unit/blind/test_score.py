@@ -215,15 +215,3 @@ def test_the_plan_of_a_campaign(rov8: BlindSubject, carrier: BlindSubject) -> No
     assert len({one.spec.seed for one in plan}) == total
     # any part of the plan is spread over the kinds
     assert {one.spec.kind for one in plan[:20]} >= {"none", "single", "outside", "pair"}
-
-
-def test_plain_methods_are_compared_on_the_cases_that_they_answered() -> None:
-    right = verdict("thrust_deduction")
-    both = score_case("a", label(), right, baselines={"plain": "current"})
-    alone = score_case("b", label(), right)
-    score = score_campaign([both, alone])
-    assert score.confusion.counts == ((2,),)
-    assert score.compared.counts == ((1,),)
-    plain = score.baselines["plain"]
-    assert plain.counts[plain.truths.index("thrust_deduction")] == (1, 0)
-    assert score_campaign([alone]).compared.counts == ()

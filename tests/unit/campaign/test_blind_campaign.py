@@ -11,12 +11,13 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from evaluation.blind_page import write_page
+from evaluation.campaign_page import write_rates
 from pipeline.blind.generate import CaseSpec, GeneratedCase
 from pipeline.blind.rates import at_least, rate
 from pipeline.blind.score import CampaignScore
 from pipeline.campaign import blind_case
 from pipeline.campaign.blind_case import BlindRequest, run_campaign
-from pipeline.campaign.blind_page import write_page
 from pipeline.campaign.campaign import CampaignResult
 from pipeline.campaign.folder import read_lines
 from pipeline.cli import cli
@@ -57,7 +58,6 @@ def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> 
         raw=repository / "raw",
         out=repository,
         vehicles=("rov8",),
-        baselines=False,
         processes=1,
     )
 
@@ -112,7 +112,7 @@ def test_one_case_is_made_again_by_its_number(place: BlindRequest, tmp_path: Pat
     for line in (before, again):
         del line["score"]["elapsed_s"]
     assert again == before
-    write_page(one, request, tmp_path / "page.md")
+    write_page(alone.to, tmp_path / "page.md")
     assert "    rig2sea blind --only 1 --seed 0 " in (tmp_path / "page.md").read_text()
 
 
@@ -162,12 +162,18 @@ def test_a_damaged_header_is_one_message(place: BlindRequest, text: str) -> None
 def test_the_page_names_the_command_and_has_its_pictures(
     place: BlindRequest, tmp_path: Path
 ) -> None:
-    request = replace(place, cases=2)
-    result = run_campaign(request)
-    write_page(result, request, tmp_path / "docs" / "blind_check.md")
+    run_campaign(replace(place, cases=2))
+    (place.to / "baselines.jsonl").write_text(
+        '{"number": 0, "answers": {"plain": "none", "sparse": "current"}}\n', encoding="utf-8"
+    )
+    write_page(place.to, tmp_path / "docs" / "blind_check.md")
     text = (tmp_path / "docs" / "blind_check.md").read_text()
     assert "rig2sea blind --cases 2 --seed 0 --run-s 60 --vehicle rov8" in text
     assert "healthy vehicle called ill" in text
+    (case,) = (line for line in text.splitlines() if line.startswith("| plain | "))
+    (other,) = (line for line in text.splitlines() if line.startswith("| sparse | "))
+    assert case.endswith("| 1 of 1 |")
+    assert other.endswith("| 0 of 1 |")
     assert "false alarm on none" in (tmp_path / "docs" / "blind_check_rates.csv").read_text()
     for name in ("blind-confusion.svg", "blind-rates.svg"):
         assert f"images/{name}" in text
@@ -176,25 +182,17 @@ def test_the_page_names_the_command_and_has_its_pictures(
         assert picture.count('xmlns="http://www.w3.org/2000/svg"') == 1
 
 
-def test_every_rate_stands_beside_the_page_once(place: BlindRequest, tmp_path: Path) -> None:
-    request = replace(place, cases=9)
-    whole = run_campaign(replace(place, cases=2))
+def test_every_rate_stands_beside_the_page_once(tmp_path: Path) -> None:
     asked = rate("first", "gap 1-3, separable", [True] * 6 + [False] * 4, at_least(0.7))
-    rates = (asked, rate("first", "gap >= 3, no dvl", [None]))
-    score = whole.score.model_copy(update={"rates": rates})
-    write_page(replace(whole, score=score, wanted=9), request, tmp_path / "blind_check.md")
-    lines = (tmp_path / "blind_check.md").read_text().splitlines()
-    assert any(line.startswith("2 of the 9 cases of the campaign; ") for line in lines)
-    assert "Vehicles rov8; seed 0;" in lines
+    write_rates(tmp_path / "blind_check.md", (asked, rate("first", "gap >= 3, no dvl", [None])))
     table = (tmp_path / "blind_check_rates.csv").read_text().splitlines()
     assert table[1:] == ['first,"gap 1-3, separable",6,10,0.600,0.262,0.878,>= 70 %,missed']
 
 
 def test_every_goal_and_every_miss_stands_on_the_page(place: BlindRequest, tmp_path: Path) -> None:
     """An answer of none to everything misses all effects and raises no alarm."""
-    request = replace(place, cases=9)
-    result = run_campaign(request)
-    write_page(result, request, tmp_path / "blind_check.md")
+    result = run_campaign(replace(place, cases=9))
+    write_page(place.to, tmp_path / "blind_check.md")
     lines = (tmp_path / "blind_check.md").read_text().splitlines()
     score = result.score
     rows = [line for line in lines if line.startswith("| single, gap 1-3 | in the answer set | ")]
@@ -218,7 +216,7 @@ def test_the_command_says_what_a_taken_folder_needs(place: BlindRequest) -> None
     run_campaign(replace(place, cases=1))
     result = CliRunner().invoke(
         cli,
-        ["blind", "--cases", "1", "--vehicle", "rov8", "--to", str(place.to), "--no-baselines"],
+        ["blind", "--cases", "1", "--vehicle", "rov8", "--to", str(place.to)],
         prog_name="rig2sea",
     )
     assert result.exit_code == 1
@@ -243,7 +241,7 @@ def test_a_stopped_campaign_does_not_end_as_a_whole_one_does(
     assert result.exit_code == 1
     monkeypatch.setattr(blind_case, "run_campaign", run_campaign)
     result = CliRunner().invoke(
-        cli, [*command, "--resume", "--processes", "1", "--no-baselines"], prog_name="rig2sea"
+        cli, [*command, "--resume", "--processes", "1"], prog_name="rig2sea"
     )
     assert json.loads(result.stdout)["cases"] == 3
     assert result.exit_code == 0

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from evaluation.campaign_page import write_block
+from evaluation.measured_page import write_page
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.campaign import measured_campaign, measured_cases
 from pipeline.campaign.measured_campaign import MeasuredRequest, run_measured
 from pipeline.campaign.measured_cases import MeasuredCase, measured_case
-from pipeline.campaign.measured_page import write_page
 from pipeline.campaign.measured_score import MeasuredLine, measured_lines, score_measured
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subjects
-from pipeline.campaign.page import write_block
 from pipeline.commands.blind import blind
 from pipeline.errors import InputError
 from pipeline.records.run_table import RunTable
@@ -120,7 +120,7 @@ def test_a_campaign_is_scored_and_goes_on(here: MeasuredSubject, tmp_path: Path)
     again = replace(request, resume=True)
     assert run_measured(again, diagnose=says("current")).lines == result.lines
     page = tmp_path / "page.md"
-    write_page(result, request, page)
+    write_page(request.to, page)
     text = page.read_text(encoding="utf-8")
     assert "| runs as they are | a sure effect | 1 of 1 = 100 %" in text
     assert "rig2sea blind --measured DATA --only 0 --only 3 --seed 1 --to DIR" in text

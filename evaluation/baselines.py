@@ -1,4 +1,7 @@
-"""Two plain methods that a diagnosis has to beat, to be shown beside it.
+"""``python -m evaluation.baselines DIR``: two plain methods beside a campaign of `rig2sea blind`.
+
+The cases of the campaign are made again; the answers lie beside its own in ``baselines.jsonl``,
+from where `evaluation.write_campaign` takes them.
 
 *Least squares and BIC*: every other ten seconds of the runs are simulated from the measured state;
 each effect is fitted to the raw differences by one Gauss-Newton step, and the Bayesian information
@@ -12,12 +15,19 @@ Neither knows of noise that has a colour, of errors of the stated parameters, of
 `unknown`.
 """
 
+import argparse
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pipeline.blind.cases import case_of
+from pipeline.blind.generate import generate
+from pipeline.campaign.blind_case import packed_of, subjects_of
+from pipeline.campaign.folder import CASES_FILE, HEADER_FILE, appending, read_lines
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import apply_effects, candidates
 from pipeline.effects.specification import EffectSpec
@@ -31,6 +41,7 @@ from pipeline.simulate.run import run
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
+ANSWERS_FILE = "baselines.jsonl"
 WINDOW_S = 10.0
 #: Share of the plausible range by which a parameter is moved for its slope.
 _MOVED = 0.1
@@ -312,3 +323,37 @@ def _modelled_accelerations(
             packed, command[None, :], dt_s=one.period_s, vector=vector, start=state
         ).nu_dot[0]
     return out
+
+
+def answer_campaign(folder: Path, raw: Path, out: Path) -> None:
+    """Let both methods answer the cases of a campaign of which nothing was left out."""
+    header = json.loads((folder / HEADER_FILE).read_text(encoding="utf-8"))
+    subjects = subjects_of(tuple(header["vehicles"]), raw, out)
+    answered = {line["number"] for line in read_lines(folder / ANSWERS_FILE)}
+    with appending(folder / ANSWERS_FILE) as append:
+        for line in read_lines(folder / CASES_FILE):
+            number = line["number"]
+            spec = case_of(number, subjects, header["seed"], run_s=header["run_s"])
+            if "score" not in line or number in answered or spec.spec.kind == "leave_one_out":
+                continue
+            case = generate(subjects[spec.vehicle], spec.spec)
+            asked = case.subject.vehicle, packed_of(case.subject), case.runs
+            answers = {
+                "BIC on raw residuals": bic_baseline(*asked),
+                "sparse regression": sparse_baseline(*asked),
+            }
+            append({"number": number, "answers": answers})
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder of the campaign")
+    parser.add_argument("--raw", type=Path, default=Path("raw"))
+    parser.add_argument("--out", type=Path, default=Path())
+    asked = parser.parse_args()
+    answer_campaign(asked.folder, asked.raw, asked.out)
+
+
+if __name__ == "__main__":
+    main()

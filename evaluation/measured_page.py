@@ -1,19 +1,19 @@
-"""The result of a measured blind check as tables and pictures of a page."""
+"""The result of `rig2sea blind --measured` as tables and pictures of a page."""
 
 from pathlib import Path
 
-from pipeline.blind.score import Score
-from pipeline.campaign.campaign import CampaignResult
-from pipeline.campaign.measured_campaign import MeasuredRequest
-from pipeline.campaign.measured_score import MeasuredLine, measured_lines
-from pipeline.campaign.page import (
-    asked_for,
+from evaluation.campaign_page import (
     goal_table,
+    stored,
     write_block,
     write_csv,
     write_pictures,
     write_rates,
 )
+from pipeline.campaign.measured_campaign import SCHEMA, scored
+from pipeline.campaign.measured_score import MeasuredLine, measured_lines
+
+__all__ = ["SCHEMA", "write_page"]
 
 BLOCK, TITLE = "the measured campaign", "The measured blind check"
 _CASES_HEAD = (
@@ -22,18 +22,19 @@ _CASES_HEAD = (
 )
 
 
-def write_page(result: CampaignResult[Score], request: MeasuredRequest, page: Path) -> None:
+def write_page(folder: Path, page: Path) -> None:
     """Write tables between the marks of a page, and pictures into `images` beside it."""
+    header, asked, result = stored(folder, scored)
     score = result.score
     write_pictures(page, "measured", score.goals, score.confusion)
     cases = page.with_name(f"{page.stem}_cases.csv")
     write_csv(cases, [_CASES_HEAD, *(_row(line) for line in measured_lines(result.lines))])
     text = [
-        f"{result.done} of {result.wanted} cases of seed {request.seed};",
+        f"{result.done} cases of seed {header['seed']};",
         f"{result.not_made} could not be made, {score.refused} were refused;",
         f"by the program with the digest {result.code}. Again with",
         "",
-        f"    rig2sea blind --measured DATA {asked_for(request)} --seed {request.seed} --to DIR",
+        f"    rig2sea blind --measured DATA {asked} --seed {header['seed']} --to DIR",
         "",
         *goal_table(score.goals),
         "![Rates with their bounds; orange: the goal is missed](images/measured-rates.svg)",

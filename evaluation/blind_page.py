@@ -1,14 +1,19 @@
-"""The result of a blind check as a page of the documents, with its pictures."""
+"""The result of `rig2sea blind` as a page of the documents, with its pictures."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+from evaluation.baselines import ANSWERS_FILE
+from evaluation.campaign_page import goal_table, stored, write_csv, write_pictures, write_rates
 from pipeline.blind.goals import Miss
 from pipeline.blind.rates import QuantileFigure
-from pipeline.blind.score import CampaignScore
-from pipeline.campaign.blind_case import BlindRequest
+from pipeline.blind.score import CampaignScore, confusion, one_word
+from pipeline.blind.verdict_score import CaseScore
+from pipeline.campaign.blind_case import scored
 from pipeline.campaign.campaign import CampaignResult
-from pipeline.campaign.page import asked_for, goal_table, write_csv, write_pictures, write_rates
+from pipeline.campaign.folder import read_lines
 from pipeline.provenance import write_atomically
 
 _DISTRUST = """\
@@ -24,33 +29,30 @@ _DISTRUST = """\
 """
 
 
-def write_page(result: CampaignResult[CampaignScore], request: BlindRequest, page: Path) -> None:
+def write_page(folder: Path, page: Path) -> None:
     """Write the page and its pictures, into ``images`` beside it, each whole or not at all."""
+    header, asked, result = stored(folder, scored)
     write_pictures(page, "blind", result.score.rates, result.score.confusion)
-    write_atomically(page, _text(result, request, page))
+    write_atomically(page, _text(result, header, asked, page))
 
 
-def _text(result: CampaignResult[CampaignScore], request: BlindRequest, page: Path) -> str:
+def _text(
+    result: CampaignResult[CampaignScore], header: Mapping[str, Any], asked: str, page: Path
+) -> str:
     score = result.score
-    vehicles = " ".join(f"--vehicle {name}" for name in request.vehicles)
+    vehicles = " ".join(f"--vehicle {name}" for name in header["vehicles"])
     command = (
-        f"rig2sea blind {asked_for(request)} --seed {request.seed} --run-s {request.run_s:g} "
+        f"rig2sea blind {asked} --seed {header['seed']} --run-s {header['run_s']:g} "
         f"{vehicles} --to DIR"
-    )
-    done = (
-        f"{result.done} cases."
-        if result.done == result.wanted
-        else f"{result.done} of the {result.wanted} cases of the campaign; the kinds of cases take "
-        "turns, so what is done is a fair part."
     )
     lines = [
         "# The blind check",
         "",
-        "<!-- Written by rig2sea blind --page; do not edit. -->",
+        "<!-- Written by python -m evaluation.write_campaign; do not edit. -->",
         "",
-        done,
-        f"Vehicles {', '.join(request.vehicles)}; seed {request.seed};",
-        f"six runs of {request.run_s:g} s in each case, two of them held out;",
+        f"{result.done} cases.",
+        f"Vehicles {', '.join(header['vehicles'])}; seed {header['seed']};",
+        f"six runs of {header['run_s']:g} s in each case, two of them held out;",
         f"{result.not_made} could not be flown, {score.refused} were refused as hopeless;",
         f"made by the program with the digest {result.code}.",
         "The words of the tables: [diagnosis.md](diagnosis.md#how-often-it-is-right).",
@@ -77,7 +79,7 @@ def _text(result: CampaignResult[CampaignScore], request: BlindRequest, page: Pa
         "",
         "![Truth against answer](images/blind-confusion.svg)",
         "",
-        *_baselines(score),
+        *_baselines(result),
         *_missed(score.missed, page.with_name(f"{page.stem}_missed.csv")),
         _DISTRUST,
     ]
@@ -95,12 +97,23 @@ def _figure_row(one: QuantileFigure) -> str:
     )
 
 
-def _baselines(score: CampaignScore) -> list[str]:
-    """Right answers of the baselines, and of this diagnosis on the same cases."""
-    if not score.baselines:
+def _baselines(result: CampaignResult[CampaignScore]) -> list[str]:
+    """Right answers of the plain methods, and of this diagnosis on the same cases."""
+    answers = {one["number"]: one["answers"] for one in read_lines(result.to / ANSWERS_FILE)}
+    scores = {
+        line["number"]: CaseScore.model_validate_json(json.dumps(line["score"]))
+        for line in result.lines
+        if line["number"] in answers
+    }
+    if not scores:
         return []
+    ours = confusion(list(scores.values()), lambda one: one_word(one.verdict))
+    told = {one.case: answers[number] for number, one in scores.items()}
+    tables = {"this diagnosis": ours}
+    for name in sorted(next(iter(told.values()))):
+        tables[name] = confusion(list(scores.values()), _of_method(told, name))
     rows = []
-    for name, table in (("this diagnosis", score.compared), *score.baselines.items()):
+    for name, table in tables.items():
         right = total = quiet = healthy = 0
         for truth, counts in zip(table.truths, table.counts, strict=True):
             hit = counts[table.answers.index(truth)]
@@ -109,7 +122,7 @@ def _baselines(score: CampaignScore) -> list[str]:
             elif truth != "unknown":
                 right, total = right + hit, total + sum(counts)
         rows.append(f"| {name} | {right} of {total} | {quiet} of {healthy} |")
-    answered = sum(sum(counts) for counts in score.compared.counts)
+    answered = sum(sum(counts) for counts in ours.counts)
     return [
         "## Beside it: plain methods",
         "",
@@ -121,6 +134,11 @@ def _baselines(score: CampaignScore) -> list[str]:
         *rows,
         "",
     ]
+
+
+def _of_method(told: Mapping[str, Mapping[str, str]], method: str) -> Callable[[CaseScore], str]:
+    """Answer of a plain method to each case."""
+    return lambda one: told[one.case][method]
 
 
 def _missed(missed: Sequence[Miss], table: Path) -> list[str]:

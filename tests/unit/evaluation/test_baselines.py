@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from evaluation.baselines import bic_baseline, sparse_baseline
 from pipeline.bundled.vehicles import bundled_vehicle
-from pipeline.campaign.baselines import bic_baseline, sparse_baseline
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.records.run_table import RunTable

@@ -1,18 +1,20 @@
-"""Pages of a campaign: tables of rates, pictures, and the part of a page that a command writes."""
+"""What pages of campaigns share: rates, pictures, and the part of a page that a command writes."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipeline.blind.rates import Rate
 from pipeline.blind.score import Confusion
-from pipeline.campaign.campaign import CampaignRequest
+from pipeline.campaign.campaign import CampaignResult, S_co
+from pipeline.campaign.folder import CASES_FILE, HEADER_FILE, read_lines
 from pipeline.errors import InputError, Place, reason
 from pipeline.provenance import write_atomically
 from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw
@@ -21,9 +23,22 @@ if TYPE_CHECKING:
     import matplotlib.figure
 
 
-def asked_for(request: CampaignRequest) -> str:
-    """Return the option of the command that asks for the cases of a campaign."""
-    return " ".join(f"--only {one}" for one in request.only) or f"--cases {request.cases}"
+def stored(
+    folder: Path, score: Callable[[Sequence[Mapping[str, Any]]], S_co]
+) -> tuple[dict[str, Any], str, CampaignResult[S_co]]:
+    """Read a campaign: its header, the option that asks for its cases, and what came out."""
+    header = json.loads((folder / HEADER_FILE).read_text(encoding="utf-8"))
+    done = sorted(read_lines(folder / CASES_FILE), key=lambda line: line["number"])
+    numbers = [line["number"] for line in done]
+    asked = f"--cases {len(numbers)}"
+    if numbers != list(range(len(numbers))):
+        asked = " ".join(f"--only {one}" for one in numbers)
+    lines = tuple(line for line in done if "score" in line)
+    not_made = len(done) - len(lines)
+    result = CampaignResult(
+        header["schema"], score(lines), lines, len(done), not_made, folder, header["code"]
+    )
+    return header, asked, result
 
 
 def write_block(page: Path, name: str, title: str, text: str) -> None:
