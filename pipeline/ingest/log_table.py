@@ -19,6 +19,7 @@ from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
 from pipeline.ingest.message_fields import LETTERS
+from pipeline.ingest.pool_run_plan import BY_HEADS
 from pipeline.ingest.quantities import KNOWN_UNITS, NO_UNIT, known_unit, same_quantities
 from pipeline.ingest.table_times import time_column, times_of
 from pipeline.ingest.text_table import delimiter_of, encoding_of
@@ -55,7 +56,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             columns.setdefault(field, values[rows].astype(float))
             units.setdefault(field, unit)
     size = path.stat().st_size
-    facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
+    facts = LogFacts(place, size, size, writer="a table", recorder=BY_HEADS)
     facts.problems += said
     facts.usual = tuple(_Names(units, columns, facts).channels())
     return TableLog({TABLE: TopicTable(time_ns, columns)}, facts)

@@ -158,7 +158,8 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     if channel is None or not depth.size:
         return
     middle = float(np.median(depth))
-    assumed = "" if is_stated(channel) else channel.read.quantity
+    is_stated = channel.read.unit_from in {"vehicle file", "notes of the run"}
+    assumed = "" if is_stated else channel.read.quantity
     if assumed == "depth" and _DEEP_M < middle < largest("depth"):
         yield run.place.warning(
             f"the depth ({channel.topic}) is {middle:.4g} m for half of the run, and nobody says "
@@ -221,12 +222,6 @@ def depth_against_pressure(channel: RunChannel, by_pressure: Sequence[RunChannel
 def _median(channel: RunChannel) -> float:
     values = channel.values[channel.usable()]
     return float(np.nanmedian(values)) if np.isfinite(values).any() else float("nan")
-
-
-def is_stated(channel: RunChannel) -> bool:
-    """Tell whether a person stated the unit of a channel; the usual map of a recorder is none."""
-    read = channel.read
-    return read.unit_from == "vehicle file" and not read.mapped_by.startswith("default")
 
 
 def depth_too_fast(run: PoolRun, table: RunTable) -> Iterator[Problem]:

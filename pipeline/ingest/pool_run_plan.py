@@ -17,6 +17,7 @@ from pipeline.ingest.quantities import (
     known_unit,
     same_quantities,
 )
+from pipeline.records.pool_run import UnitFrom
 from pipeline.records.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -27,8 +28,15 @@ from pipeline.records.pool_schema import (
     Quantity,
 )
 
-UnitFrom = Literal["vehicle file", "message", "values", "assumed"]
 Clock = Literal["header", "log", "field"]
+#: What maps the channels that the heads of a table's columns tell.
+BY_HEADS = "names of columns"
+#: What maps a channel -> where a unit that is stated with it stands; else in a recorder's map.
+_STATED_BY: Mapping[str, UnitFrom] = {
+    "vehicle file": "vehicle file",
+    "notes of the run": "notes of the run",
+    f"default: {BY_HEADS}": "head of the column",
+}
 
 
 class NotThereError(ValueError):
@@ -241,7 +249,7 @@ def plan_channel(
         raise NotThereError(f"sign has {len(stated.sign)} entries for {len(numbers)} numbers")
     body, earth = _axes(stated, topic, notes)
     stamp, clock = _stamp(stated, probe)
-    unit: tuple[str | None, UnitFrom] = stated.unit, "vehicle file"
+    unit: tuple[str | None, UnitFrom] = stated.unit, _STATED_BY.get(mapped_by, "usual map")
     named = [str(path[-1]).lower()[-1:] for path in numbers] == ["x", "y", "z", "w"]
     return Plan(
         stated,

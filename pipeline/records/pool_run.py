@@ -27,6 +27,17 @@ class ClockRead(Record):
     """Parts between jumps and resets of the clock, each aligned by itself."""
 
 
+UnitFrom = Literal[
+    "vehicle file",
+    "notes of the run",
+    "head of the column",
+    "usual map",
+    "message",
+    "values",
+    "assumed",
+]
+
+
 class ChannelRead(Record):
     """How one quantity was found in the log."""
 
@@ -36,7 +47,7 @@ class ChannelRead(Record):
     encoding: str
     fields: tuple[str, ...]
     unit: str
-    unit_from: Literal["vehicle file", "message", "values", "assumed"]
+    unit_from: UnitFrom
     sign: tuple[int, ...] = (1,)
     axes: str = ""
     mapped_by: str

@@ -65,7 +65,9 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         told = "What was measured gives no tables yet." if begun else "Nothing was measured yet."
         parts.append(told)
         # the reason of the whole ends with that of the tables
-        lacking = results.missing.get("inverse", "").rpartition("No firmware tables: ")[2]
+        made = results.inverse
+        said = results.missing.get("inverse", "") if made is None else " ".join(made.notes)
+        lacking = said.rpartition("No firmware tables: ")[2]
         doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
     first = own.do if own is not None and own.light != "green" else ()
     short = own.short if own is not None else bench or nothing

@@ -154,3 +154,9 @@ def test_a_pitch_counted_to_a_full_turn(tmp_path: Path) -> None:
     assert channel.usable().all()
     pitch = 2.0 * np.arcsin(np.abs(channel.values[:, 2]))
     np.testing.assert_allclose(pitch, np.abs(RATES[:, 1]), atol=0.01)
+
+
+def test_a_unit_is_said_to_be_of_the_head_that_states_it(tmp_path: Path) -> None:
+    channels = read(tmp_path, text()).channels
+    assert channels["depth"].read.unit_from == "head of the column"
+    assert channels["angular_velocity"].read.unit_from == "assumed"

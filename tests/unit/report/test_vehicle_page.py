@@ -387,6 +387,25 @@ def test_measurements_that_give_no_tables_say_what_is_lacking(results: VehicleRe
     assert advice.text.endswith("lacking: thrust was measured at 4 codes; 5 are the least.")
 
 
+def test_a_characteristic_of_one_direction_says_what_its_tables_lack(
+    results: VehicleResults,
+) -> None:
+    assert results.inverse is not None
+    notes = ("Table 3 is there.", "No firmware tables: negative codes: none was measured.")
+    ahead_alone = results.inverse.model_copy(update={"firmware": None, "notes": notes})
+    glance = vehicle_glance(
+        VehicleResults(
+            vehicle=results.vehicle,
+            mooring=results.mooring,
+            open_water=results.open_water,
+            inverse=ahead_alone,
+        )
+    )
+    assert glance.matter == "What was measured gives no tables yet."
+    (advice,) = glance.do
+    assert advice.text.endswith("lacking: negative codes: none was measured.")
+
+
 def test_what_is_told_first_names_a_warning(results: VehicleResults) -> None:
     assert results.mooring is not None
     odd = results.mooring.model_copy(update={"problems": (Place("b.csv").warning("1.13 times."),)})
