@@ -5,6 +5,8 @@ A module of the tests.
 
 from typing import Literal
 
+import numpy as np
+
 from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
 from pipeline.simulate.run import check_step
@@ -15,7 +17,6 @@ from pipeline.simulate.tether_arrays import (
     prepare,
     refuse,
     swung,
-    velocities,
 )
 from pipeline.types import ArrayLike, FloatArray
 
@@ -28,9 +29,7 @@ def swing(
     dt_s: float,
     lower: Literal["free", "held"],
     current_mps: FloatArray,
-    top_velocity_mps: FloatArray | None = None,
     lower_velocity_mps: FloatArray | None = None,
-    current_profile: FloatArray | None = None,
     winch: Winch | None = None,
     winch_command: ArrayLike = 0.0,
     settle: bool = False,
@@ -49,11 +48,8 @@ def swing(
         Whether the lower end hangs free or is held, or moved.
     current_mps : ndarray, shape (3,)
         NED. [m/s]
-    top_velocity_mps, lower_velocity_mps : ndarray, shape (3,) or (steps, 3), optional
-        Of the ends, NED, held for a step each; at rest otherwise. [m/s]
-    current_profile : ndarray, shape (k, 4), optional
-        Rows of depth [m] and velocity NED [m/s] that is added to the current, by rising depth;
-        linear in between, constant beyond.
+    lower_velocity_mps : ndarray, shape (3,) or (steps, 3), optional
+        Of the lower end, NED, held for a step each; at rest otherwise. [m/s]
     winch : Winch, optional
         At the top.
     winch_command : float or ndarray, shape (steps,)
@@ -73,8 +69,6 @@ def swing(
         state,
         steps=steps,
         current_mps=current_mps,
-        current_profile=current_profile,
-        top_velocity_mps=top_velocity_mps,
         winch=winch,
         winch_command=winch_command,
     )
@@ -83,7 +77,9 @@ def swing(
         inputs,
         out,
         lower=kernel.FREE if lower == "free" else kernel.HELD,
-        lower_velocity=velocities("lower end", lower_velocity_mps, steps),
+        lower_velocity=np.zeros((1, 3))
+        if lower_velocity_mps is None
+        else np.array(lower_velocity_mps, float, ndmin=2),
         dt_s=dt_s,
         settle=settle,
     )

@@ -5,7 +5,7 @@ of both. The latch then carries what the payload needs to follow,
 
 .. math:: \tau_{latch} = -\left(M_p \dot\nu_r + C_p(\nu_r)\,\nu_r + g_p\right)
 
-(force of the payload on the vehicle, about the body origin), M_p its inertia with added mass and
+(force of the payload on the vehicle, about the body origin), M_p its inertia and
 g_p its weight less buoyancy. It is an internal wrench: it tells whether the latch holds, and must
 not be added to the equations of the joined body. When the latch opens the wrench vanishes with the
 payload; no velocity changes. When it closes on a payload that moves otherwise, both come to a
@@ -40,42 +40,19 @@ class HeldPayload:
         Centre of mass. [m]
     inertia_kgm2 : tuple of 3 floats
         Principal inertia about its centre, along the body axes. [kg m^2]
-    added_mass_kg : tuple of 3 floats
-        Added mass of translation along the body axes; zero where it travels inside. [kg]
     """
 
     mass_kg: float
     volume_m3: float
     position_m: tuple[float, float, float]
     inertia_kgm2: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    added_mass_kg: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be."""
-        numbers = np.array(
-            [
-                self.mass_kg,
-                self.volume_m3,
-                *self.position_m,
-                *self.inertia_kgm2,
-                *self.added_mass_kg,
-            ]
-        )
-        sizes = (self.volume_m3, *self.inertia_kgm2, *self.added_mass_kg)
-        if not np.isfinite(numbers).all() or self.mass_kg <= 0 or min(sizes) < 0:
-            raise CannotComputeError(
-                f"A payload of {self.mass_kg:g} kg, {self.volume_m3:g} m^3 at {self.position_m} m "
-                f"with inertia {self.inertia_kgm2} kg m^2 and added mass {self.added_mass_kg} kg "
-                "cannot be.\nExpected finite numbers, the mass above zero, volume, inertia and "
-                "added mass not below."
-            )
 
     def mass_matrix(self) -> FloatArray:
-        """Inertia (6, 6) about the body origin, added mass included; shape (6, 6). [kg, kg m^2].
+        """Inertia (6, 6) about the body origin; shape (6, 6). [kg, kg m^2].
 
         Fossen 2021, eq. (3.49).
         """
-        translation = self.mass_kg * np.eye(3) + np.diag(self.added_mass_kg)
+        translation = self.mass_kg * np.eye(3)
         lever = cross_matrix(np.array(self.position_m))
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = translation

@@ -82,35 +82,6 @@ class Winch:
         """Return the nine numbers in the order of the attributes, as the kernel takes them."""
         return np.array([float(getattr(self, field.name)) for field in fields(self)])
 
-    def steady_speed_radps(self, command: float, tension_n: float) -> float:
-        """Return the speed at which the torques balance.
-
-        Parameters
-        ----------
-        command : float
-            u, between -1 and 1. [-]
-        tension_n : float
-            F_1. [N]
-
-        Returns
-        -------
-        float
-            Positive pays out, 0 is held by friction. [rad/s]
-
-        Examples
-        --------
-        Half command against the pull of 100 N on 0.2 m: (-0.5 * 100 + 20) / (100 / 10).
-
-        >>> Winch(0.2, 1.0, 100.0, 10.0).steady_speed_radps(-0.5, 100.0)
-        -3.0
-        """
-        torque = self.stall_torque_nm * command + self.drum_radius_m * tension_n
-        held = self.dry_friction_nm + (self.brake_nm if command == 0.0 else 0.0)
-        if abs(torque) <= held:
-            return 0.0
-        slope = self.stall_torque_nm / self.no_load_radps + self.viscous_nms
-        return float((torque - np.copysign(held, torque)) / slope)
-
 
 def drum_step(  # noqa: PLR0917 - the compiled kernel passes by position
     speed: float,

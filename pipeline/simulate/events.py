@@ -37,32 +37,23 @@ Action = Literal["attach", "release"]
 
 @dataclass(frozen=True)
 class PayloadEvent:
-    """A module is attached or released at a time of the run. [s].
-
-    `velocity_ned_mps` is that of a module before it is attached; it lies still by default.
-    """
+    """A module is attached or released at a time of the run [s]; before it lies still."""
 
     time_s: float
     action: Action
     module: str
-    velocity_ned_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class EventOutcome:
-    """What an event did: velocities over ground just before and after, shape (6,).
+    """What an event did: the `impulse` (6,) that the latch gave the vehicle [N s, N m s].
 
-    `time_s` is when it happened: an event waits for the run to ask for what is due [s]. `impulse`
-    (6,) is what the latch gave the vehicle [N s, N m s]; `latch_wrench` (6,) what a module that is
-    released pulled with just before, in body axes [N, N m].
+    `time_s` is when it happened: an event waits for the run to ask for what is due [s].
     """
 
     event: PayloadEvent
     time_s: float
-    nu_before: FloatArray
-    nu_after: FloatArray
     impulse: FloatArray
-    latch_wrench: FloatArray
 
 
 @dataclass
@@ -112,55 +103,32 @@ class PayloadSchedule:
         """Events up to a time that have not happened yet."""
         return [e for e in self.events[len(self.outcomes) :] if e.time_s <= until_s + 1e-9]
 
-    def change(
-        self, time_s: float, state: FloatArray, nu_dot: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
+    def change(self, time_s: float, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Let the events up to a time [s] happen; return state and parameter vector from then on.
 
-        `state` is the kernel's and is not changed; `nu_dot` (6,) is the acceleration just before,
-        for the load on the latch, zero without it.
+        `state` is the kernel's and is not changed.
         """
         for event in self.due(time_s):
             # what it carries now was carried before the event, too
             self.now_s = time_s
-            before = self.vector()
-            rate = np.zeros(6) if nu_dot is None else nu_dot
-            state = self._happen(event, time_s, state, before, rate)
+            state = self._happen(event, time_s, state)
         self.now_s = time_s
         return state, self.vector()
 
-    def _happen(
-        self,
-        event: PayloadEvent,
-        time_s: float,
-        state: FloatArray,
-        before: FloatArray,
-        nu_dot: FloatArray,
-    ) -> FloatArray:
-        held = held_payload(self._modules[event.module])
-        rotation = np.empty((3, 3))
-        fill_rotation(state, rotation)
-        water = np.concatenate([rotation.T @ read(before, "current"), np.zeros(3)])
-        nu, after, impulse, load = state[7:13], state.copy(), np.zeros(6), np.zeros(6)
+    def _happen(self, event: PayloadEvent, time_s: float, state: FloatArray) -> FloatArray:
+        after, impulse = state.copy(), np.zeros(6)
         if event.action == "release":
-            turning = np.concatenate([np.cross(nu[3:], water[:3]), np.zeros(3)])
-            load = latch_reaction(
-                held,
-                nu_relative=nu - water,
-                nu_dot_relative=nu_dot + turning,
-                down_body=rotation[2],
-                gravity_mps2=self.packed.context.gravity_mps2,
-                density_kgpm3=float(read(before, "density")),
-            )
             self._attached.remove(event.module)
         else:
-            module = np.concatenate([rotation.T @ event.velocity_ned_mps, np.zeros(3)])
-            common, impulse = close_on(mass_of(before), held, nu - water, module - water)
+            before = self.vector()
+            rotation = np.empty((3, 3))
+            fill_rotation(state, rotation)
+            water = np.concatenate([rotation.T @ read(before, "current"), np.zeros(3)])
+            held = held_payload(self._modules[event.module])
+            common, impulse = close_on(mass_of(before), held, state[7:13] - water, -water)
             after[7:13] = common + water
             self._attached.add(event.module)
-        self.outcomes.append(
-            EventOutcome(event, time_s, nu.copy(), after[7:13].copy(), impulse, load)
-        )
+        self.outcomes.append(EventOutcome(event, time_s, impulse))
         return after
 
 
@@ -187,8 +155,6 @@ def checked_events(events: Sequence[PayloadEvent], model: Model, name: str) -> l
             )
         if not (np.isfinite(event.time_s) and event.time_s >= 0.0):
             raise CannotComputeError(f"{what}: a time from 0 on is expected.")
-        if not np.isfinite(event.velocity_ned_mps).all():
-            raise CannotComputeError(f"{what}: the module's velocity is not a number.")
         if (event.module in on_board) == (event.action == "attach"):
             now = "is already on board" if event.module in on_board else "is not on board"
             raise CannotComputeError(f"{what}: it {now} then.")

@@ -23,10 +23,8 @@ STEP_S = 0.02
 class FlightChange(Protocol):
     """Something that happens to the vehicle in flight."""
 
-    def __call__(
-        self, time_s: float, state: FloatArray, nu_dot: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
-        """State and true parameter vector from this time on; `nu_dot` (6,) is of just before."""
+    def __call__(self, time_s: float, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """State and true parameter vector from this time on."""
         ...
 
 
@@ -202,7 +200,7 @@ def fly(
     for k in range(round(plan.duration_s / CONTROL_PERIOD_S)):
         now = k * CONTROL_PERIOD_S
         if change is not None:
-            state, vector = change(now, state, pieces[-1].nu_dot[-1] if pieces else None)
+            state, vector = change(now, state)
         demand = np.zeros(6)
         if plan.reference is not None:
             demand, autopilot = autopilot.step(
@@ -248,10 +246,9 @@ def run_changing(
     """
     edges = sorted({min(int(np.ceil(t / dt_s - 1e-9)), len(commands)) for t in at_s} | {0})
     state = initial_state() if start is None else start
-    nu_dot: FloatArray | None = None
     pieces: list[Trajectory] = []
     for begin, end in zip(edges, [*edges[1:], len(commands)], strict=True):
-        state, vector = change(begin * dt_s, state, nu_dot)
+        state, vector = change(begin * dt_s, state)
         if begin == end:
             continue
         pieces.append(
@@ -264,7 +261,7 @@ def run_changing(
                 start_time_s=begin * dt_s,
             )
         )
-        state, nu_dot = pieces[-1].final_state, pieces[-1].nu_dot[-1]
+        state = pieces[-1].final_state
     return join(pieces)
 
 

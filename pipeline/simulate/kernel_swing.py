@@ -166,9 +166,7 @@ def all_finite(count: int, nodes: Nodes) -> bool:
 def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
     c: Array,
     winch: Array,
-    profile: Array,
     lower: int,
-    top_velocity: Array,
     lower_velocity: Array,
     commands: Array,
     fastest_water: float,
@@ -189,10 +187,10 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
     end_mass = 0.0 if lower == FREE else 1e30
     for k in range(steps + 1):
         now = min(k, steps - 1)
-        up, down = min(now, top_velocity.shape[0] - 1), min(now, lower_velocity.shape[0] - 1)
+        down = min(now, lower_velocity.shape[0] - 1)
         command = commands[min(now, commands.shape[0] - 1)]
         for j in range(3):
-            speed[0, j] = top_velocity[up, j]
+            speed[0, j] = 0.0
             if lower == HELD:
                 speed[count, j] = lower_velocity[down, j]
         if not all_finite(count, nodes):
@@ -211,7 +209,7 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
             begin(count, nodes)
             for stage in range(4):
                 elapsed = 0.5 * h if stage < 2 else h
-                cable_forces(c, profile, count, growth, nodes)
+                cable_forces(c, count, growth, nodes)
                 if step == 0 and stage == 0:
                     record(k, count, nodes, places, tensions, ends)
                     if k == steps:
@@ -246,9 +244,7 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
 def swing(
     c: Array,
     winch: Array,
-    profile: Array,
     lower: int,
-    top_velocity: Array,
     lower_velocity: Array,
     commands: Array,
     fastest_water: float,
@@ -265,10 +261,10 @@ def swing(
 ) -> int:
     """Integrate a cable alone, its lower end free or held; RK4 with sub-steps.
 
-    `top_velocity`, `lower_velocity` (m or 1, 3) and the winch's `commands` (m or 1,) are held for a
-    step each. Fills `places` (m + 1, room, 3), `tensions` (m + 1, room - 1), `ends` (m + 1, 2, 3),
-    the force on the bodies at the top and below, and `logs` (m + 1, 4): segments in use, paid-out
-    length, drum speed, sub-steps. With `settle` the nodes are stopped whenever their kinetic energy
+    `lower_velocity` (m or 1, 3) and the winch's `commands` (m or 1,) are held for a step each.
+    Fills `places` (m + 1, room, 3), `tensions` (m + 1, room - 1), `ends` (m + 1, 2, 3), the force
+    on the bodies at the top and below, and `logs` (m + 1, 4): segments in use, paid-out length,
+    drum speed, sub-steps. With `settle` the nodes are stopped whenever their kinetic energy
     has passed a peak, which brings the cable to rest (dynamic relaxation with kinetic damping,
     Barnes 1999).
     """
@@ -276,9 +272,7 @@ def swing(
     return swing_on(
         c,
         winch,
-        profile,
         lower,
-        top_velocity,
         lower_velocity,
         commands,
         fastest_water,

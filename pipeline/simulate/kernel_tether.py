@@ -73,33 +73,16 @@ def work_on(place: Array, speed: Array, rest: Array) -> Nodes:
 
 
 @inlined
-def relative_flow(c: Array, profile: Array, count: int, nodes: Nodes) -> None:
-    """Fill the nodes' velocity relative to the water: the current, and the profile at the depth.
-
-    `profile` (k, 4) has rows of depth and velocity NED, linear in between, constant beyond.
-    """
-    rows = profile.shape[0]
+def relative_flow(c: Array, count: int, nodes: Nodes) -> None:
+    """Fill the nodes' velocity relative to the water."""
     for i in range(count + 1):
         for j in range(3):
             nodes.flow[i, j] = nodes.moving[i, j] - c[CURRENT + j]
-        if rows == 0:
-            continue
-        depth = nodes.at[i, 2]
-        low = 0
-        while low < rows - 2 and depth > profile[low + 1, 0]:
-            low += 1
-        high = min(low + 1, rows - 1)
-        width = profile[high, 0] - profile[low, 0]
-        share = 0.0
-        if width > 0.0:
-            share = min(max((depth - profile[low, 0]) / width, 0.0), 1.0)
-        for j in range(3):
-            nodes.flow[i, j] -= (1.0 - share) * profile[low, 1 + j] + share * profile[high, 1 + j]
 
 
 @inlined
 def cable_forces(  # noqa: PLR0915 - vectors are written out, component by component
-    c: Array, profile: Array, count: int, growth: float, nodes: Nodes
+    c: Array, count: int, growth: float, nodes: Nodes
 ) -> None:
     """Fill forces, inertias and tensions of a stage.
 
@@ -107,7 +90,7 @@ def cable_forces(  # noqa: PLR0915 - vectors are written out, component by compo
     """
     place, speed, rest = nodes.at, nodes.moving, nodes.rest
     force, inertia, tension, work = nodes.force, nodes.inertia, nodes.tension, nodes.flow
-    relative_flow(c, profile, count, nodes)
+    relative_flow(c, count, nodes)
     for i in range(count + 1):
         for j in range(3):
             force[i, j] = 0.0

@@ -208,8 +208,6 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
     work: StepWork,
     c: Array,
     winch: Array,
-    profile: Array,
-    top_velocity: Array,
     winch_commands: Array,
     fastest_water: float,
     nodes: Nodes,
@@ -237,12 +235,11 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
     for k in range(total_steps + 1):
         now = min(k, total_steps - 1)
         row = min(now, external.shape[0] - 1)
-        up = min(now, top_velocity.shape[0] - 1)
         command = winch_commands[min(now, winch_commands.shape[0] - 1)]
         effective_codes(p, commands[now], work.codes)
         aim_lags(p, work.codes, lags)
         for j in range(3):
-            speed[0, j] = top_velocity[up, j]
+            speed[0, j] = 0.0
         attach(p, x, joint.rotation, count, place, speed)
         size = 0.0
         for i in range(STATE):
@@ -270,7 +267,7 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
                 weight = 1.0 + (stage % 3 > 0)
                 rates(p, x, work.codes, external, row, fixed, work, rate, work.thrust)
                 attach(p, x, joint.rotation, count, nodes.at, nodes.moving)
-                cable_forces(c, profile, count, growth, nodes)
+                cable_forces(c, count, growth, nodes)
                 if p[WALL_STRENGTH] != 0.0:
                     mass_matrix(p, wall_factor(p, x[0], x[1], x[2]), work.heavier)
                     set_mobility(p, work.heavier, work, joint)
@@ -322,8 +319,6 @@ def simulate_tethered(
     steps: Array,
     c: Array,
     winch: Array,
-    profile: Array,
-    top_velocity: Array,
     winch_commands: Array,
     fastest_water: float,
     place: Array,
@@ -357,8 +352,6 @@ def simulate_tethered(
         work,
         c,
         winch,
-        profile,
-        top_velocity,
         winch_commands,
         fastest_water,
         nodes,

@@ -21,8 +21,6 @@ class Prepared:
 
     cable: FloatArray
     winch: FloatArray
-    profile: FloatArray
-    top_velocity: FloatArray
     commands: FloatArray
     fastest_water: float
     place: FloatArray
@@ -70,9 +68,7 @@ def swung(
         kernel.swing(
             inputs.cable,
             inputs.winch,
-            inputs.profile,
             lower,
-            inputs.top_velocity,
             lower_velocity,
             inputs.commands,
             inputs.fastest_water,
@@ -96,24 +92,11 @@ def prepare(
     *,
     steps: int,
     current_mps: FloatArray,
-    current_profile: FloatArray | None = None,
-    top_velocity_mps: FloatArray | None = None,
     winch: Winch | None = None,
     winch_command: ArrayLike = 0.0,
 ) -> Prepared:
     """Return the kernel's arrays; arguments as of `fly_tethered`."""
     current = np.asarray(current_mps, float)
-    profile = np.zeros((0, 4)) if current_profile is None else np.array(current_profile, float)
-    if (
-        profile.ndim != 2
-        or profile.shape[1] != 4
-        or not np.isfinite(profile).all()
-        or (np.diff(profile[:, 0]) <= 0).any()
-    ):
-        raise CannotComputeError(
-            f"The current profile of shape {profile.shape} cannot be used.\nExpected finite rows "
-            "of depth, north, east, down velocity, by rising depth."
-        )
     if current.shape != (3,) or not np.isfinite(current).all():
         raise CannotComputeError(
             f"A current of {current.tolist()} m/s cannot be; expected three finite numbers."
@@ -150,34 +133,16 @@ def prepare(
             "The tether's state has nodes that are not numbers, or segments without length.\n"
             "Expected finite metres and metres a second, and lengths above zero."
         )
-    fastest = float(np.linalg.norm(current))
-    if len(profile):
-        fastest += float(np.linalg.norm(profile[:, 1:], axis=1).max())
     return Prepared(
         cable=tether.numbers(current),
         winch=numbers,
-        profile=profile,
-        top_velocity=velocities("upper end", top_velocity_mps, steps),
         commands=commands,
-        fastest_water=fastest,
+        fastest_water=float(np.linalg.norm(current)),
         place=place,
         speed=speed,
         rest=rest,
         carried=np.array([count, state.drum_speed_radps, state.owed_m]),
     )
-
-
-def velocities(end: str, velocity_mps: FloatArray | None, steps: int) -> FloatArray:
-    """Velocities of an end, (1, 3) or (steps, 3)."""
-    if velocity_mps is None:
-        return np.zeros((1, 3))
-    rows = np.atleast_2d(np.asarray(velocity_mps, float))
-    if rows.shape not in {(1, 3), (steps, 3)} or not np.isfinite(rows).all():
-        raise CannotComputeError(
-            f"The velocities of the tether's {end}, of shape {rows.shape}, are not finite numbers "
-            f"of north, east, down, once or for each of {steps} steps."
-        )
-    return np.ascontiguousarray(rows)
 
 
 def history(

@@ -33,8 +33,6 @@ def fly_tethered(
     start: FloatArray | None = None,
     external: FloatArray | None = None,
     tether_start: TetherState | None = None,
-    top_velocity_mps: FloatArray | None = None,
-    current_profile: FloatArray | None = None,
     winch: Winch | None = None,
     winch_command: ArrayLike = 0.0,
     start_time_s: float = 0.0,
@@ -44,14 +42,9 @@ def fly_tethered(
     The parameter vector says where the tether is attached and anchored, and the current in it is
     the tether's too. Water and gravity of a section of the vehicle file are the vehicle's.
     `vector`, `start`, `external` are as in `run`. The tether begins at `tether_start`; at rest in
-    the current otherwise, with velocities that fall linearly from those of the attachment to that
-    of the upper end.
-
-    The upper end (the ship) moves with `top_velocity_mps` (3,) or (m, 3), NED, held for a step
-    each. `current_profile` (k, 4) are rows of depth [m] and velocity NED [m/s] that the tether
-    alone feels on top, by rising depth; linear in between, constant beyond. A winch at the upper
-    end is told `winch_command` (m,), between -1 and 1, positive pays out; without it the length
-    stays.
+    the current otherwise, with velocities that fall linearly from those of the attachment to none
+    at the upper end. A winch there is told `winch_command` (m,), between -1 and 1, positive pays
+    out; without it the length stays.
 
     Raises
     ------
@@ -80,7 +73,7 @@ def fly_tethered(
         )
     current = np.array(read(p, "current"), float)
     if tether_start is None:
-        tether_start = _at_rest(cable, p, begin, current, top_velocity_mps)
+        tether_start = _at_rest(cable, p, begin, current)
     elif np.linalg.norm(tether_start.position_ned_m[-1] - _attachment(p, begin)) > _SAME_PLACE_M:
         # a taut cable is longer than what was paid out: only one that starts elsewhere must reach
         refuse_short(tether_start.paid_out_m, tether_start.position_ned_m[0], _attachment(p, begin))
@@ -89,8 +82,6 @@ def fly_tethered(
         tether_start,
         steps=steps,
         current_mps=current,
-        current_profile=current_profile,
-        top_velocity_mps=top_velocity_mps,
         winch=winch,
         winch_command=winch_command,
     )
@@ -107,8 +98,6 @@ def fly_tethered(
         *packed.tables,
         prepared.cable,
         prepared.winch,
-        prepared.profile,
-        prepared.top_velocity,
         prepared.commands,
         prepared.fastest_water,
         prepared.place,
@@ -150,13 +139,9 @@ def _attachment(p: FloatArray, state: FloatArray) -> FloatArray:
 
 
 def _at_rest(
-    cable: LumpedMassTether,
-    p: FloatArray,
-    state: FloatArray,
-    current: FloatArray,
-    top_velocity_mps: FloatArray | None,
+    cable: LumpedMassTether, p: FloatArray, state: FloatArray, current: FloatArray
 ) -> TetherState:
-    """Return the tether at rest between anchor and vehicle, moving with its ends."""
+    """Return the tether at rest between anchor and vehicle, its lower end moving with that."""
     from scipy.spatial.transform import Rotation
 
     lower = _attachment(p, state)
@@ -168,12 +153,9 @@ def _at_rest(
     )
     arm = np.cross(state[10:13], read(p, "tether_point"))
     below = Rotation.from_quat(state[[4, 5, 6, 3]]).apply(state[7:10] + arm)
-    above = np.zeros(3)
-    if top_velocity_mps is not None:
-        above = np.atleast_2d(np.asarray(top_velocity_mps, float))[0]
     share = np.linspace(0.0, 1.0, cable.segments + 1)[:, None]
     return TetherState(
         position_ned_m=rest.position_ned_m,
-        velocity_ned_mps=(1 - share) * above + share * below,
+        velocity_ned_mps=share * below,
         rest_length_m=rest.rest_length_m,
     )

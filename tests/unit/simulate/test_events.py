@@ -72,7 +72,6 @@ def test_release_leaves_position_attitude_and_velocity(
     start = initial_state(attitude_rad=(0.1, -0.1, 0.5), nu=(0.4, 0.1, -0.1, 0.1, 0.05, -0.1))
     run = run_changing(carrier, idle(carrier, 4.0), schedule.change, [2.0], dt_s=0.02, start=start)
     (outcome,) = schedule.outcomes
-    assert outcome.nu_after.tobytes() == outcome.nu_before.tobytes()
     assert (outcome.impulse == 0.0).all()
     assert np.abs(np.diff(run.nu, axis=0)).max() < 0.02
     assert np.abs(np.diff(run.position_ned_m, axis=0)).max() < 0.02
@@ -114,23 +113,6 @@ def test_attachment_keeps_the_momentum_of_both(
     np.testing.assert_allclose(schedule.outcomes[-1].impulse, impulse, atol=1e-9)
     # inelastic: some of the energy is gone
     assert np.abs(state[7:13]).sum() < np.abs(nu).sum()
-
-
-def test_a_module_that_moves_along_makes_no_jolt(carrier: PackedVehicle, model: Model) -> None:
-    events = [RELEASE, PayloadEvent(3.0, "attach", "module_1", (0.5, 0.0, 0.0))]
-    schedule = PayloadSchedule(carrier, model, events)
-    state, _ = schedule.change(3.0, initial_state(nu=(0.5, 0, 0, 0, 0, 0)))
-    assert state[7:13] == pytest.approx([0.5, 0, 0, 0, 0, 0], abs=1e-12)
-    assert len(schedule.outcomes) == 2
-
-
-def test_latch_carries_the_wet_weight_at_rest(carrier: PackedVehicle, model: Model) -> None:
-    """30 kg less 22 l of sea water: 73 N, and its moment about the origin, x = 0.25 m."""
-    schedule = PayloadSchedule(carrier, model, [RELEASE])
-    schedule.change(2.0, initial_state())
-    weight = 9.81 * (30.0 - 1025 * 0.022)
-    wrench = schedule.outcomes[0].latch_wrench
-    assert wrench == pytest.approx([0, 0, weight, 0, -0.25 * weight, 0])
 
 
 def test_trim_after_a_release_is_the_static_one(carrier: PackedVehicle, model: Model) -> None:

@@ -322,9 +322,7 @@ def test_runs_in_pieces_are_one_run(packed_vehicles: dict[str, PackedVehicle]) -
     assert pieces.command.tobytes() == whole.command.tobytes()
     assert pieces.time_s == pytest.approx(whole.time_s, abs=1e-12)
 
-    def nothing(
-        _time_s: float, state: FloatArray, _nu_dot: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
+    def nothing(_time_s: float, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         return state, packed.vector
 
     changed = run_changing(packed, commands, nothing, [1.234, 99.0], dt_s=0.02, start=START)

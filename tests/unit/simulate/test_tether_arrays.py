@@ -18,8 +18,6 @@ def prepared(longest_m: float) -> Prepared:
         TetherState(places, np.zeros_like(places), np.full(20, 0.5)),
         steps=1,
         current_mps=np.zeros(3),
-        current_profile=None,
-        top_velocity_mps=None,
         winch=Winch(0.2, 1.0, 60.0, 5.0, longest_m=longest_m),
         winch_command=0.0,
     )

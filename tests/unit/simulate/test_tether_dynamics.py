@@ -126,28 +126,6 @@ def test_motion_dies_down_to_the_quasi_static_cable(
     assert apart(run, at_rest) < 0.01
 
 
-def test_settled_cable_in_a_sheared_current_equals_the_quasi_static_one() -> None:
-    """The profile: 1 m/s at the surface, none at 30 m and below."""
-    tether = rope(40, axial_stiffness_n=1e4)
-    profile = np.array([[0.0, 0.0, 1.0, 0.0], [30.0, 0.0, 0.0, 0.0]])
-
-    def flow(place: np.ndarray) -> np.ndarray:
-        speed = np.clip(1.0 - place[:, 2] / 30.0, 0.0, 1.0)
-        return np.stack([0.1 + 0 * speed, speed, 0 * speed], axis=1)
-
-    start = hang(tether, top_ned_m=TOP, lower_ned_m=LOW, current_mps=np.array([0.1, 0.5, 0.0]))
-    run = swing(
-        tether,
-        start,
-        steps=3000,
-        dt_s=0.1,
-        lower="held",
-        current_mps=np.array([0.1, 0.0, 0.0]),
-        current_profile=profile,
-    )
-    assert apart(run, static(tether, LOW, flow)) < 0.01
-
-
 def frequency(mode: int, segments: int) -> float:
     """Frequency of a hanging chain in a vacuum, off a run of its mode's shape, over the exact one.
 
@@ -371,23 +349,9 @@ def test_drum_hauls_at_the_speed_of_its_torque_balance() -> None:
         tether, start, steps=1000, dt_s=0.02, lower="held", current_mps=STILL,
         winch=winch, winch_command=-0.5,
     )  # fmt: skip
-    balance = winch.steady_speed_radps(-0.5, float(run.top_tension_n[-1]))
+    torque = 300.0 * -0.5 + 0.3 * float(run.top_tension_n[-1]) + 10.0
+    balance = torque / (300.0 / 4.0)
     assert run.drum_speed_radps[-1] == pytest.approx(balance, rel=0.01)
-
-
-def test_moving_ends_equal_a_current_seen_from_the_ship() -> None:
-    """Towed at a speed in still water, or held in that current: the same forces."""
-    tether = rope(20)
-    start = hang(tether, top_ned_m=TOP, lower_ned_m=LOW, current_mps=STILL)
-    speed = np.array([0.4, -0.3, 0.0])
-    moving = TetherState(start.position_ned_m, np.tile(speed, (21, 1)), start.rest_length_m)
-    options = {"steps": 200, "dt_s": 0.02, "lower": "held"}
-    towed = swing(
-        tether, moving, current_mps=STILL, top_velocity_mps=speed, lower_velocity_mps=speed,
-        **options,  # type: ignore[arg-type]
-    )  # fmt: skip
-    held = swing(tether, start, current_mps=-speed, **options)  # type: ignore[arg-type]
-    np.testing.assert_allclose(towed.tension_n, held.tension_n, rtol=1e-6, atol=1e-4)
 
 
 def refused(**change: object) -> str:
@@ -408,10 +372,8 @@ def test_bad_input_has_one_clear_message_each() -> None:
     assert "5 s is too large" in refused(dt_s=5e5).replace("500000", "5")
     assert "0 s cannot be" in refused(dt_s=0.0)
     assert "nan" in refused(current_mps=np.array([np.nan, 0, 0]))
-    assert "upper end" in refused(top_velocity_mps=np.array([np.inf, 0, 0]))
     assert "-1 to 1" in refused(winch=HEAVY_DRUM, winch_command=np.nan)
     assert "-1 to 1" in refused(winch=HEAVY_DRUM, winch_command=np.array([1.0, 2.0]))
-    assert "rising depth" in refused(current_profile=np.array([[3.0, 0, 0, 0], [1.0, 0, 0, 0]]))
     little = Winch(0.5, 1.0, 1.0, 1.0, shortest_m=5.0)
     assert "5 m, which is less than two" in refused(winch=little)
 

@@ -193,33 +193,6 @@ def test_a_vehicle_cannot_leave_the_reach_of_its_tether(packed: PackedVehicle) -
     )
 
 
-def test_a_current_is_a_ship_that_moves_the_other_way(make_packed: Make) -> None:
-    """Vehicle, cable and anchor drift together: one motion, seen from two frames."""
-    current = np.array([0.5, -0.3, 0.1])
-    still = make_packed(tether_point=POINT)
-    flowing = make_packed(tether_point=POINT, current=current)
-    start = initial_state(position_ned_m=(15.0, 3.0, 10.0))
-    held, in_current = fly_tethered(
-        flowing, codes(300, 90.0, 80.0), SECTION, dt_s=0.02, start=start
-    )
-    moving = start.copy()
-    moving[7:10] = -current
-    begin = TetherState(in_current.position_ned_m[0], np.tile(-current, (13, 1)), np.full(12, 2.5))
-    towed, by_ship = fly_tethered(
-        still,
-        codes(300, 90.0, 80.0),
-        SECTION,
-        dt_s=0.02,
-        start=moving,
-        tether_start=begin,
-        top_velocity_mps=-current,
-    )
-    drift = towed.time_s[:, None] * current
-    np.testing.assert_allclose(towed.position_ned_m + drift, held.position_ned_m, atol=1e-4)
-    np.testing.assert_allclose(towed.quaternion, held.quaternion, atol=1e-4)
-    np.testing.assert_allclose(by_ship.tension_n, in_current.tension_n, atol=0.05)
-
-
 def test_cutting_a_run_into_pieces_changes_no_bit(make_packed: Make) -> None:
     packed = make_packed(tether_point=POINT, lag=np.full(12, 0.15))
     winch = Winch(0.2, 3.0, 60.0, 6.0, dry_friction_nm=2.0, brake_nm=50.0, shortest_m=8.0)

@@ -58,7 +58,7 @@ def test_the_pieces_of_a_control_loop_are_one_run(
     cut = run_changing(
         packed,
         codes(200),
-        lambda _time, state, _rate: (state, packed.vector),
+        lambda _time, state: (state, packed.vector),
         [0.5, 1.7],
         dt_s=0.02,
         start=START,
