@@ -1,20 +1,16 @@
-"""The plan of a campaign: which case stands under which number, and its folder on disk.
+"""The plan of a campaign: which case stands under which number.
 
 Strata and their shares follow from the number alone, so any case can be made again by itself, and a
 campaign that is stopped goes on where it was.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from pipeline.blind.generate import CaseSpec, GeneratedCase
-from pipeline.blind.label import seal
-from pipeline.blind.log import write_log
+from pipeline.blind.generate import CaseSpec
 from pipeline.blind.outside import TROUBLES
 from pipeline.blind.subject import BlindSubject, possible_effects
-from pipeline.vehicle.load import VEHICLE_FILE
 
 #: Case numbers are added to this; a campaign's seed times `SEED_STRIDE` comes on top.
 FIRST_SEED = 1_000_000
@@ -120,17 +116,3 @@ def _pair(effects: tuple[str, ...], rng: np.random.Generator) -> tuple[str, str]
         one, other = (str(name) for name in rng.choice(effects, size=2, replace=False))
         if frozenset({one, other}) not in _NOT_TOGETHER:
             return min(one, other), max(one, other)
-
-
-def write_case(case: GeneratedCase, name: str, folder: Path, sealed: Path) -> None:
-    """Write a case to disk: what an engineer would have, and the sealed label elsewhere.
-
-    ``<name>/vehicle.yaml`` and ``<name>/pool/*.mcap`` go to `folder`, ``<name>.json`` to `sealed`.
-    """
-    here = folder / name
-    (here / "pool").mkdir(parents=True, exist_ok=True)
-    (here / VEHICLE_FILE).write_text(case.subject.text, encoding="utf-8")
-    for table in (*case.runs, *case.holdout, *case.healthy):
-        path = here / "pool" / f"{table.name}.mcap"
-        write_log(path, case.logs[table.name], case.subject.vehicle, table.start_time_ns)
-    seal(case.label, sealed / f"{name}.json")

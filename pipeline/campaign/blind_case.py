@@ -7,7 +7,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.blind.cases import RUN_S, case_of, write_case
+from pipeline.blind.cases import RUN_S, case_of
 from pipeline.blind.generate import GeneratedCase, generate
 from pipeline.blind.label import seal
 from pipeline.blind.score import CampaignScore, score_campaign
@@ -21,6 +21,7 @@ from pipeline.campaign.campaign import (
     judged,
     run_cases,
 )
+from pipeline.campaign.case_files import write_case
 from pipeline.effects.library import candidates, module_names
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.simulated_vehicle import bench_result

@@ -207,7 +207,5 @@ FAULTS: Mapping[str, Change] = {
 }
 #: Effects that make readings wrong and leave the motion alone.
 OF_MEASUREMENT = frozenset({"dvl_scale", "dvl_delay", "dvl_misalignment", "dvl_lever_arm"})
-#: Effects of one thruster.
-OF_ONE_THRUSTER = frozenset({"thruster_degraded", "thruster_misalignment"})
 
-__all__ = ["AXES", "FAULTS", "OF_MEASUREMENT", "OF_ONE_THRUSTER", "DvlFault", "with_fault"]
+__all__ = ["AXES", "FAULTS", "OF_MEASUREMENT", "DvlFault", "with_fault"]
