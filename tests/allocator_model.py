@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TypeVar
 
+import fixed_model
 import numpy as np
 import single_model as single_precision
 from bounded_model import FixedModel, FloatModel, Model, bounded_thrusts
@@ -66,7 +67,7 @@ def allocate_fixed(
     gain, over = do.small(layout.gain, 24), do.small(1.0 / layout.divisor, 24)
     high, low = (
         do.times(
-            by_type(layout, tables, partial(fixed_point.thrust_limit, sign=sign), along),
+            by_type(layout, tables, partial(fixed_model.thrust_limit, sign=sign), along),
             gain[:, side],
             24,
         )
@@ -182,7 +183,7 @@ def fixed_flags(tables: FixedTables, thrust_q16: IntArray, speed_q16: IntArray) 
     thrust, speed = np.broadcast_arrays(
         np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)
     )
-    most, least = (fixed_point.thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
+    most, least = (fixed_model.thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
     live = np.abs(thrust) > tables.thrust_dead_q16
     flags: IntArray = (
         FLAG["SATURATED"] * ((thrust > most) | (thrust < least))

@@ -1,19 +1,18 @@
 """Render the header and the source of the firmware."""
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
-from pipeline.export.c_text import SingleBranch, single_tables
-from pipeline.export.fixed_point import Q16_ONE, FixedBranch, fixed_tables
+from pipeline.export.c_text import SingleTables, single_tables
+from pipeline.export.fixed_point import Q16_ONE, FixedTables, fixed_tables
 from pipeline.export.grid_check import FLAGS
 from pipeline.physics.thrust_grid import thrust_limits
 from pipeline.records.fits import (
@@ -21,6 +20,7 @@ from pipeline.records.fits import (
     FirmwareCharacteristic,
     InverseCharacteristic,
 )
+from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import is_at_supply
 
 if TYPE_CHECKING:
@@ -132,8 +132,8 @@ def render_source(
     return render(
         "thruster.c.j2",
         identity,
-        single=_single_block(every or [characteristic]),
-        fixed=_fixed_block(every or [characteristic]),
+        single=_block(_SINGLE, every or [characteristic]),
+        fixed=_block(_FIXED, every or [characteristic]),
         single_tested=c_text.float_literal(characteristic.fastest_tested_mps),
         fixed_tested=c_text.unsigned_literal(fixed_tables(characteristic).tested_q16),
         volts_f32=[c_text.float_literal(one) for one in volts],
@@ -191,113 +191,101 @@ def _environment() -> "jinja2.Environment":
 
 
 @dataclass(frozen=True)
-class _Table:
-    """One table of a branch: which member of the C struct it is, and its numbers."""
+class _Variant:
+    """How one of the two C variants writes its tables.
 
-    member: str
-    name: str
-    comment: str
-    values: npt.NDArray[np.generic]
+    `members`: a table's member of the C struct, where its numbers are found in a branch, and its
+    comment; `dead` where the dead zone is.
+    """
+
+    tables: Callable[[FirmwareCharacteristic], SingleTables | FixedTables]
+    ctype: str
+    literal: Callable[[Any], str]
+    suffix: str
+    members: tuple[tuple[str, str, str], ...]
+    dead: str
+
+
+_SINGLE = _Variant(
+    single_tables,
+    "float",
+    c_text.float_literal,
+    "_f32",
+    (
+        ("speed", "speed_mps", "Speed along the thrust. [m/s]"),
+        ("thrust_max", "thrust_max_n", "T_max. [N]"),
+        ("fraction", "fraction", "Thrust / T_max. [-]"),
+        ("code", "code", "Magnitude of the code. [-]"),
+        ("drag", "drag_n", "Drag at code 0. [N]"),
+    ),
+    "thrust_dead_n",
+)
+_Q16, _Q30 = "UQ16.16, 65536 is 1", "UQ2.30, 1073741824 is 1"
+_FIXED = _Variant(
+    fixed_tables,
+    "uint32_t",
+    c_text.unsigned_literal,
+    "",
+    (
+        ("speed", "speed_q16", f"Speed along the thrust; {_Q16} m/s."),
+        ("thrust_max", "thrust_max_q16", f"T_max; {_Q16} N."),
+        ("fraction", "fraction_q30", f"Thrust / T_max; {_Q30}."),
+        ("code", "code_q16", f"Magnitude of the code; {_Q16}."),
+        ("drag", "drag_q16", f"Drag at code 0; {_Q16} N."),
+    ),
+    "thrust_dead_q16",
+)
 
 
 class _Arrays:
     """Tables of constants; one that repeats an earlier one is not written again."""
 
-    def __init__(self, ctype: str, literal: Callable[[Any], str]) -> None:
-        self._ctype = ctype
-        self._literal = literal
+    def __init__(self, variant: _Variant) -> None:
+        self._variant = variant
         self._names: dict[tuple[str, ...], str] = {}
         self.texts: list[str] = []
 
-    def add(self, table: _Table, titles: Sequence[str]) -> str:
-        """Return the name under which the numbers of the table are to be found."""
+    def add(
+        self, member: str, name: str, comment: str, values: FloatArray, titles: Sequence[str]
+    ) -> str:
+        """Return the name under which the numbers of a table are to be found."""
         rows = [
-            [self._literal(value) for value in row]
-            for row in table.values.reshape(len(titles), -1).tolist()
+            [self._variant.literal(value) for value in row]
+            for row in values.reshape(len(titles), -1).tolist()
         ]
-        key = (table.member, *(literal for row in rows for literal in row))
+        key = (member, *(literal for row in rows for literal in row))
         if key not in self._names:
-            self._names[key] = table.name
+            self._names[key] = name
             titled = list(zip(titles, rows, strict=True))
-            self.texts.append(
-                c_text.c_array(self._ctype, table.name, titled, comment=table.comment)
-            )
+            self.texts.append(c_text.c_array(self._variant.ctype, name, titled, comment=comment))
         return self._names[key]
 
 
-def _block(
-    dead: str,
-    arrays: _Arrays,
-    rows: Sequence[Mapping[str, tuple[FirmwareBranch, Sequence[_Table]]]],
-) -> dict[str, object]:
+def _block(variant: _Variant, every: Sequence[FirmwareCharacteristic]) -> dict[str, object]:
     """Return what the template needs for one variant: tables, branches, the dead zone.
 
-    `rows` are the two branches of each supply voltage.
+    `every` has the tables of each supply voltage; their names are counted where there are several.
     """
+    arrays, made = _Arrays(variant), [variant.tables(one) for one in every]
     branches = []
     for name in ("positive", "negative"):
         rendered = []
-        for source, tables in (row[name] for row in rows):
+        for k, (one, tables) in enumerate(zip(every, made, strict=True)):
+            source: FirmwareBranch = getattr(one, name)
             speeds = [f"at {speed:g} m/s" for speed in source.speed_mps]
+            counted = f"{name}_{k}" if len(every) > 1 else name
             members = {
-                table.member: arrays.add(table, speeds if table.member == "code" else [""])
-                for table in tables
+                member: arrays.add(
+                    member,
+                    f"{counted}_{what}{variant.suffix}",
+                    comment,
+                    getattr(getattr(tables, name), what),
+                    speeds if member == "code" else [""],
+                )
+                for member, what, comment in variant.members
             }
             sizes = {"speeds": len(source.speed_mps), "fractions": len(source.fraction)}
             rendered.append({**sizes, **members})
         branches.append({"name": name, "rows": rendered})
+    dead = variant.literal(np.asarray(getattr(made[0], variant.dead)).item())
     return {"dead": dead, "arrays": arrays.texts, "branches": branches}
-
-
-def _suffixes(every: Sequence[FirmwareCharacteristic]) -> list[str]:
-    """Of the names of the tables of each voltage; none where there is one."""
-    return [f"_{k}" if len(every) > 1 else "" for k in range(len(every))]
-
-
-def _single_block(every: Sequence[FirmwareCharacteristic]) -> dict[str, object]:
-    def tables(name: str, branch: SingleBranch) -> Sequence[_Table]:
-        rows = (
-            ("speed", "speed_mps", "Speed along the thrust. [m/s]", branch.speed_mps),
-            ("thrust_max", "thrust_max_n", "T_max. [N]", branch.thrust_max_n),
-            ("fraction", "fraction", "Thrust / T_max. [-]", branch.fraction),
-            ("code", "code", "Magnitude of the code. [-]", branch.code),
-            ("drag", "drag_n", "Drag at code 0. [N]", branch.drag_n),
-        )
-        return [_Table(part, f"{name}_{what}_f32", said, x) for part, what, said, x in rows]
-
-    rows = []
-    for one, k in zip(every, _suffixes(every), strict=True):
-        single = single_tables(one)
-        rows.append(
-            {
-                "positive": (one.positive, tables(f"positive{k}", single.positive)),
-                "negative": (one.negative, tables(f"negative{k}", single.negative)),
-            }
-        )
-    dead = c_text.float_literal(float(single_tables(every[0]).thrust_dead_n))
-    return _block(dead, _Arrays("float", c_text.float_literal), rows)
-
-
-def _fixed_block(every: Sequence[FirmwareCharacteristic]) -> dict[str, object]:
-    def tables(name: str, branch: FixedBranch) -> Sequence[_Table]:
-        q16, q30 = "UQ16.16, 65536 is 1", "UQ2.30, 1073741824 is 1"
-        rows = (
-            ("speed", "speed_q16", f"Speed along the thrust; {q16} m/s.", branch.speed_q16),
-            ("thrust_max", "thrust_max_q16", f"T_max; {q16} N.", branch.thrust_max_q16),
-            ("fraction", "fraction_q30", f"Thrust / T_max; {q30}.", branch.fraction_q30),
-            ("code", "code_q16", f"Magnitude of the code; {q16}.", branch.code_q16),
-            ("drag", "drag_q16", f"Drag at code 0; {q16} N.", branch.drag_q16),
-        )
-        return [_Table(part, f"{name}_{what}", said, x) for part, what, said, x in rows]
-
-    rows = []
-    for one, k in zip(every, _suffixes(every), strict=True):
-        fixed = fixed_tables(one)
-        rows.append(
-            {
-                "positive": (one.positive, tables(f"positive{k}", fixed.positive)),
-                "negative": (one.negative, tables(f"negative{k}", fixed.negative)),
-            }
-        )
-    dead = c_text.unsigned_literal(fixed_tables(every[0]).thrust_dead_q16)
-    return _block(dead, _Arrays("uint32_t", c_text.unsigned_literal), rows)

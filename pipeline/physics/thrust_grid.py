@@ -97,23 +97,6 @@ def _within(x: FloatArray, low: ArrayLike, high: ArrayLike) -> FloatArray:
     return np.minimum(np.maximum(x, low), high)
 
 
-def between(low: ThrustGrid, high: ThrustGrid, share: float) -> ThrustGrid:
-    """Return the grid `share` of the way from one supply voltage to the next, of equal fractions.
-
-    T_max, codes at equal fractions and drag run straight, at the speeds of both.
-    """
-    speed = np.union1d(low.speed_mps, high.speed_mps)
-    (n0, c0), (n1, c1) = (one.at_speed(speed) for one in (low, high))
-    drag = (1.0 - share) * low.drag_at(speed) + share * high.drag_at(speed)
-    return ThrustGrid(
-        speed_mps=speed,
-        thrust_max_n=(1.0 - share) * n0 + share * n1,
-        fraction=low.fraction,
-        code=(1.0 - share) * c0 + share * c1,
-        drag_n=drag,
-    )
-
-
 def _interpolate_rows(x: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:
     """Linear interpolation with a row of knots and a row of values for every x, clamped."""
     upper = np.clip(np.sum(knots < x[:, None], axis=1), 1, knots.shape[1] - 1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+import fixed_model
 import numpy as np
 import pytest
 import single_model as single_precision
@@ -264,7 +265,7 @@ def test_fixed_point_thrusts_are_the_models(library: Library) -> None:
     ends = np.array([-(2**31), -1, 0, 1, 2**31 - 1], np.int32)
     for speed in np.concatenate((np.rint(SPEED_MPS[::7] * ONE).astype(np.int32), ends)):
         got = library.call("thrust_q", codes, speed, result=np.int32)
-        assert (got == fixed_point.thrust_from_code(tables, codes, int(speed))).all()
+        assert (got == fixed_model.thrust_from_code(tables, codes, int(speed))).all()
 
 
 def test_limits_are_the_models(library: Library) -> None:
@@ -274,7 +275,7 @@ def test_limits_are_the_models(library: Library) -> None:
     speed_f = np.append(SPEED_MPS, [np.inf, -np.inf, np.nan]).astype(np.float32)
     for index, sign in enumerate((1, -1)):
         q = library.limits("limits_q", speed_q)[index]
-        assert (q == fixed_point.thrust_limit(fixed, speed_q, sign=sign)).all()
+        assert (q == fixed_model.thrust_limit(fixed, speed_q, sign=sign)).all()
         f = library.limits("limits_f32", speed_f)[index]
         assert (f == single_precision.thrust_limit(single, speed_f, sign=sign)).all()
 

@@ -16,10 +16,27 @@ from pipeline.export.c_source import VoltageTables
 from pipeline.export.firmware import write_firmware
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.export.grid_check import FLAG
-from pipeline.physics.thrust_grid import between, code_from_thrust, thrust_from_code
+from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_from_code
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 
 VOLTS = (10.0, 12.5, 16.0)
+
+
+def between(low: ThrustGrid, high: ThrustGrid, share: float) -> ThrustGrid:
+    """Return the grid `share` of the way from one supply voltage to the next, of equal fractions.
+
+    T_max, codes at equal fractions and drag run straight, at the speeds of both.
+    """
+    speed = np.union1d(low.speed_mps, high.speed_mps)
+    (n0, c0), (n1, c1) = (one.at_speed(speed) for one in (low, high))
+    drag = (1.0 - share) * low.drag_at(speed) + share * high.drag_at(speed)
+    return ThrustGrid(
+        speed_mps=speed,
+        thrust_max_n=(1.0 - share) * n0 + share * n1,
+        fraction=low.fraction,
+        code=(1.0 - share) * c0 + share * c1,
+        drag_n=drag,
+    )
 
 
 def at(volts: float) -> FirmwareCharacteristic:

@@ -1,6 +1,7 @@
 """The bit-exact model of the fixed-point firmware against the double-precision reference."""
 
 import firmware_cases
+import fixed_model
 import numpy as np
 import pytest
 from firmware_cases import CASES, codes_that_return, reference_code, reference_thrust
@@ -20,7 +21,7 @@ SPEEDS_Q16 = np.rint(np.arange(-2.5, 2.501, 0.05) * ONE).astype(np.int64)[:, Non
 def test_known_values_at_knots() -> None:
     """At rest Table 2 gives 42.48 N at code 127 and code 0 for half a newton."""
     tables = fixed_point.fixed_tables(CASES["table2"]())
-    largest = fixed_point.thrust_from_code(tables, 127, 0)
+    largest = fixed_model.thrust_from_code(tables, 127, 0)
     assert largest == round((-4 + 0.254 * 127 + 8.82e-4 * 127**2) * ONE)
     assert fixed_point.code_from_thrust(tables, largest, 0) == 127
     assert fixed_point.code_from_thrust(tables, ONE // 2, 0) == 0
@@ -48,7 +49,7 @@ def test_round_trip_outside_the_dead_zone(case: str) -> None:
     tables = fixed_point.fixed_tables(characteristic)
     codes = codes_that_return(characteristic, 801)
     for speed in SPEEDS_Q16:
-        thrust = fixed_point.thrust_from_code(tables, codes, speed)
+        thrust = fixed_model.thrust_from_code(tables, codes, speed)
         back = fixed_point.code_from_thrust(tables, thrust, speed)
         live = np.abs(thrust) > tables.thrust_dead_q16
         assert np.abs(back - codes)[live].max() <= 1
@@ -97,15 +98,15 @@ def test_thrust_is_the_reference_but_for_rounding(
 ) -> None:
     tables = fixed_point.fixed_tables(characteristic)
     code = np.unique([c // divisor for c in codes for divisor in (1, 2**4, 2**8)])
-    got = fixed_point.thrust_from_code(tables, code, speed)
+    got = fixed_model.thrust_from_code(tables, code, speed)
     wanted = reference_thrust(characteristic, code, np.array(speed / ONE))
     assert (np.diff(got) >= 0).all()
     assert np.abs(got / ONE - wanted).max() <= tolerances(characteristic).thrust_fixed_n
     # against the motion the limits promise less than the row at rest gives
     if speed >= 0:
-        assert (got <= fixed_point.thrust_limit(tables, speed, sign=1)).all()
+        assert (got <= fixed_model.thrust_limit(tables, speed, sign=1)).all()
     if speed <= 0:
-        assert (got >= fixed_point.thrust_limit(tables, speed, sign=-1)).all()
+        assert (got >= fixed_model.thrust_limit(tables, speed, sign=-1)).all()
 
 
 @firmware_cases.unhurried
@@ -116,8 +117,8 @@ def test_extremes_of_the_arguments_give_the_limits(
     tables = fixed_point.fixed_tables(characteristic)
     for sign, end in ((1, 2**15 - 1), (-1, -(2**15))):
         along = sign * abs(speed)
-        limit = fixed_point.thrust_limit(tables, along, sign=sign)
-        assert fixed_point.thrust_from_code(tables, end, along) == limit
+        limit = fixed_model.thrust_limit(tables, along, sign=sign)
+        assert fixed_model.thrust_from_code(tables, end, along) == limit
         far = fixed_point.code_from_thrust(tables, end * ONE, speed)
         assert far == fixed_point.code_from_thrust(tables, sign * (2**31 - 1), speed)
 
@@ -135,25 +136,25 @@ def test_against_the_motion_the_row_at_rest_holds() -> None:
 def test_codes_end_where_the_drive_does() -> None:
     """Table 2 mirrored, a drive that takes -100 to 127: reverse thrust ends with T(-100)."""
     tables = fixed_point.fixed_tables(CASES["weak_reverse"]())
-    at_end = fixed_point.thrust_from_code(tables, 100, 0)
+    at_end = fixed_model.thrust_from_code(tables, 100, 0)
     for thrust in (at_end, at_end + ONE, 40 * ONE, 2**31 - 1):
         assert fixed_point.code_from_thrust(tables, -thrust, 0) == -100
     assert fixed_point.code_from_thrust(tables, 2**31 - 1, 0) == 127
     for code in (-100, -101, -127, -(2**15)):
-        assert fixed_point.thrust_from_code(tables, code, 0) == -at_end
-    assert fixed_point.thrust_limit(tables, 0, sign=-1) == -at_end
+        assert fixed_model.thrust_from_code(tables, code, 0) == -at_end
+    assert fixed_model.thrust_limit(tables, 0, sign=-1) == -at_end
     assert at_end / ONE == pytest.approx(-4 + 0.254 * 100 + 8.82e-4 * 1e4, abs=0.01)
 
 
 def test_drive_without_negative_codes_gives_no_reverse_thrust() -> None:
     tables = fixed_point.fixed_tables(CASES["forward_only"]())
     assert fixed_point.code_from_thrust(tables, -40 * ONE, 0) == 0
-    assert fixed_point.thrust_from_code(tables, -127, 0) == 0
-    assert fixed_point.thrust_limit(tables, ONE, sign=-1) == 0
+    assert fixed_model.thrust_from_code(tables, -127, 0) == 0
+    assert fixed_model.thrust_limit(tables, ONE, sign=-1) == 0
 
 
 def test_more_negative_codes_than_positive_ones() -> None:
     tables = fixed_point.fixed_tables(CASES["strong_reverse"]())
     assert fixed_point.code_from_thrust(tables, -40 * ONE, 0) == -180
     assert fixed_point.code_from_thrust(tables, 40 * ONE, 0) == 100
-    assert fixed_point.thrust_limit(tables, 0, sign=-1) / ONE == pytest.approx(-33.2, abs=1e-4)
+    assert fixed_model.thrust_limit(tables, 0, sign=-1) / ONE == pytest.approx(-33.2, abs=1e-4)

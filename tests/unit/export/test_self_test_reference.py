@@ -1,5 +1,6 @@
 """The grids, the reference and the tolerances of the generated self-test."""
 
+import fixed_model
 import numpy as np
 import pytest
 from firmware_cases import CASES, strongest
@@ -77,7 +78,7 @@ def test_fixed_point_stays_inside_its_tolerances(case: str) -> None:
     limits = self_test.tolerances(characteristic)
     tables = fixed_point.fixed_tables(characteristic)
     speed = grid.speed_q16[:, None]
-    thrust = fixed_point.thrust_from_code(tables, grid.code[None, :], speed) / 65536
+    thrust = fixed_model.thrust_from_code(tables, grid.code[None, :], speed) / 65536
     code = fixed_point.code_from_thrust(tables, grid.thrust_q16[None, :], speed)
     assert np.abs(thrust - grid.thrust_n).max() <= limits.thrust_fixed_n
     assert np.abs(code - grid.unrounded_code).max() <= 0.5 + limits.code_fixed
