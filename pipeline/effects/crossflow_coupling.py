@@ -18,16 +18,8 @@ same drift, for `added_mass` in sway and for `coriolis_omitted` (which is there 
 turning rates in proportion to u r; the cross-flow is of second order in drift and turn).
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "crossflow_fraction", values["fraction"])
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import adding
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -57,6 +49,6 @@ EFFECT = Effect(
     ),
     channels=("v", "w", "q", "r"),
     vector_slots=("crossflow_fraction",),
-    apply=_apply,
+    apply=adding(crossflow_fraction="fraction"),
     missing=_missing,
 )

@@ -16,19 +16,8 @@ one heading, for `linear_damping` and `quadratic_damping` on one leg, and for th
 `tether` (which depends on place).
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    flow = np.array([values["north_mps"], values["east_mps"], values["down_mps"]])
-    add(vector, "current", flow)
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.forms import adding
 
 
 def _component(name: str, half_width_mps: float, direction: str) -> Parameter:
@@ -53,5 +42,5 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "r", "x", "y", "z"),
     vector_slots=("current",),
-    apply=_apply,
+    apply=adding(current=("north_mps", "east_mps", "down_mps")),
 )

@@ -14,18 +14,8 @@ without any model of the vehicle. Easily taken for `thruster_lag` and for `added
 the real motion, so depth and position as well).
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.effects.forms import without_dvl
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "dvl_delay", values["delay_s"])
-
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.forms import adding, without_dvl
 
 EFFECT = Effect(
     id="dvl_delay",
@@ -43,6 +33,6 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w"),
     vector_slots=("dvl_delay",),
-    apply=_apply,
+    apply=adding(dvl_delay="delay_s"),
     missing=without_dvl,
 )

@@ -14,19 +14,8 @@ and speed go together and for a sway force in turns (`crossflow_coupling`, `cori
 turn on the spot separates them.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.effects.forms import without_dvl
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "dvl_lever_arm", np.array([values["x_m"], values["y_m"], values["z_m"]]))
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.forms import adding, without_dvl
 
 
 def _coordinate(name: str, direction: str) -> Parameter:
@@ -51,6 +40,6 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w"),
     vector_slots=("dvl_lever_arm",),
-    apply=_apply,
+    apply=adding(dvl_lever_arm=("x_m", "y_m", "z_m")),
     missing=without_dvl,
 )

@@ -1,13 +1,35 @@
-"""What effects of a kind have in common: factors by axis, three coordinates, errors of the DVL."""
+"""What effects of a kind have in common: what they add to or scale, factors by axis, the DVL."""
 
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from pipeline.effects.effect import AXES, EffectContext, Parameter, scale
+from pipeline.effects.effect import AXES, Apply, EffectContext, Parameter, add, scale
 from pipeline.types import FloatArray
 
-Apply = Callable[[FloatArray, Mapping[str, float], int | None, EffectContext], None]
+
+def adding(**parameters: str | tuple[str, ...]) -> Apply:
+    """Add to each slot the value of a parameter; several make the entries of an array."""
+
+    def apply(
+        vector: FloatArray, values: Mapping[str, float], _on: int | None, _all: EffectContext
+    ) -> None:
+        for slot, names in parameters.items():
+            value = values[names] if isinstance(names, str) else [values[one] for one in names]
+            add(vector, slot, np.array(value))
+
+    return apply
+
+
+def of_all_thrusters(change: Callable[..., None], slot: str, parameter: str) -> Apply:
+    """Change, by `add` or `scale`, a slot of every thruster by the value of a parameter."""
+
+    def apply(
+        vector: FloatArray, values: Mapping[str, float], _on: int | None, context: EffectContext
+    ) -> None:
+        change(vector, slot, values[parameter], slice(len(context.thruster_names)))
+
+    return apply
 
 
 def factors_by_axis(

@@ -15,16 +15,8 @@ acts most on a vehicle that turns or brakes by opposed thrusters, as a damping i
 fault, so it is ordinary on every vehicle whose thrust falls with speed, and no answer.
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "opposed_share", values["opposed_share"])
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import adding
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -57,7 +49,7 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("opposed_share",),
-    apply=_apply,
+    apply=adding(opposed_share="opposed_share"),
     of_thrusters=True,
     missing=_missing,
     unstated=True,

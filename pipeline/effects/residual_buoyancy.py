@@ -15,17 +15,8 @@ out relative to the water, not a force), and for `tether` (whose pull changes wi
 static heave force at hover names its size; an acceleration in heave separates it from payload.
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "buoyancy", values["force_n"])
-
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.forms import adding
 
 EFFECT = Effect(
     id="residual_buoyancy",
@@ -42,5 +33,5 @@ EFFECT = Effect(
     ),
     channels=("w", "p", "q", "phi", "theta", "z"),
     vector_slots=("buoyancy",),
-    apply=_apply,
+    apply=adding(buoyancy="force_n"),
 )

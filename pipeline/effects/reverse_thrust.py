@@ -13,17 +13,8 @@ thrusters push down by turning astern. On runs with positive codes alone it cann
 taken for `thrust_deduction` when most codes are negative; a few runs ahead separate them.
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
-) -> None:
-    scale(vector, "reverse_gain", values["fraction"], slice(len(context.thruster_names)))
-
+from pipeline.effects.effect import Effect, Parameter, scale
+from pipeline.effects.forms import of_all_thrusters
 
 EFFECT = Effect(
     id="reverse_thrust",
@@ -44,6 +35,6 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("reverse_gain",),
-    apply=_apply,
+    apply=of_all_thrusters(scale, "reverse_gain", "fraction"),
     of_thrusters=True,
 )

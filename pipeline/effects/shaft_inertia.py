@@ -19,16 +19,8 @@ velocity but neither gyro nor depth). Where shaft speed is logged, it settles th
 hull.
 """
 
-from collections.abc import Mapping
-
 from pipeline.effects.effect import Effect, EffectContext, Parameter, scale
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
-) -> None:
-    scale(vector, "rotor_inertia", values["factor"], slice(len(context.thruster_names)))
+from pipeline.effects.forms import of_all_thrusters
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -59,7 +51,7 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("rotor_inertia",),
-    apply=_apply,
+    apply=of_all_thrusters(scale, "rotor_inertia", "factor"),
     of_thrusters=True,
     missing=_missing,
 )

@@ -21,18 +21,8 @@ no lever arm), for `current` (no dependence on place), for `linear_damping` and 
 at different distances and headings, and with the cable at rest, separate them.
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "tether_drag_area", values["drag_area_m2"])
-    add(vector, "tether_pull", values["pull_n"])
-
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.forms import adding
 
 EFFECT = Effect(
     id="tether",
@@ -58,5 +48,5 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "x", "y", "z"),
     vector_slots=("tether_drag_area", "tether_pull"),
-    apply=_apply,
+    apply=adding(tether_drag_area="drag_area_m2", tether_pull="pull_n"),
 )

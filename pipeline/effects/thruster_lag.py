@@ -19,16 +19,8 @@ stopped thrusters) and for `dvl_delay` (which delays the measured velocity but n
 depth). Where shaft speed is logged, it settles the matter without the hull.
 """
 
-from collections.abc import Mapping
-
 from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
-) -> None:
-    add(vector, "lag", values["lag_s"], slice(len(context.thruster_names)))
+from pipeline.effects.forms import of_all_thrusters
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -59,7 +51,7 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("lag",),
-    apply=_apply,
+    apply=of_all_thrusters(add, "lag", "lag_s"),
     of_thrusters=True,
     missing=_missing,
 )

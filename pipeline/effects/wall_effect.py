@@ -19,16 +19,8 @@ that never leave the wall; one run in the middle of the pool separates them. The
 wall of a vehicle that moves along it is not in the term.
 """
 
-from collections.abc import Mapping
-
-from pipeline.effects.effect import Effect, EffectContext, Parameter, add
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    add(vector, "wall_strength", values["strength"])
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import adding
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -56,6 +48,6 @@ EFFECT = Effect(
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("wall_strength",),
-    apply=_apply,
+    apply=adding(wall_strength="strength"),
     missing=_missing,
 )
