@@ -9,8 +9,6 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_footprint import (
-    PRINTED_TABLE_3,
-    PRINTED_TABLE_4_N,
     VARIANTS,
     Footprint,
     Variant,
@@ -21,6 +19,23 @@ from pipeline.physics.tether_footprint import (
 )
 from pipeline.physics.tether_static import solve_tether
 
+#: Table 4 as printed: largest |T_x|, |T_y|, |T_z|, |T| at the vehicle. [N]
+PRINTED_TABLE_4_N = (166.0, 132.0, 107.0, 213.0)
+#: Table 3 as printed: angle [deg]; at the garage T_x, T_y, T_z, |T|; at the vehicle the same. [N]
+PRINTED_TABLE_3 = (
+    (0, -142, 23, -23, 146, -112, 76, -76, 155),
+    (30, -77, 10, -2, 78, -70, 41, -40, 90),
+    (60, -36, 3, 15, 39, -43, 24, -22, 54),
+    (90, -42, 8, 49, 65, -64, 35, -29, 79),
+    (120, -61, 20, 113, 130, -116, 67, -43, 141),
+    (150, -95, 28, 159, 187, -159, 103, -44, 195),
+    (180, -133, 25, 158, 208, -166, 127, -39, 213),
+    (210, -153, 18, 123, 197, -144, 132, -42, 200),
+    (240, -164, 14, 86, 186, -122, 130, -58, 188),
+    (270, -184, 17, 56, 193, -118, 132, -83, 196),
+    (300, -205, 24, 21, 208, -128, 129, -107, 211),
+    (330, -194, 28, -14, 197, -133, 110, -105, 202),
+)
 PRINTED = np.array(PRINTED_TABLE_3, float)
 #: Pull at the vehicle by a second, separate solution of the same equations. [N]
 SECOND_SOLUTION = {
