@@ -66,7 +66,7 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         parts.append(told)
         # the reason of the whole ends with that of the tables
         made = results.inverse
-        said = results.missing.get("inverse", "") if made is None else " ".join(made.notes)
+        said = results.missing.get("inverse", "") if made is None else " ".join(made.explanations)
         lacking = said.rpartition("No firmware tables: ")[2]
         doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
     first = own.do if own is not None and own.light != "green" else ()
