@@ -67,7 +67,6 @@ def swing(
     inputs = prepare(
         tether,
         state,
-        steps=steps,
         current_mps=current_mps,
         winch=winch,
         winch_command=winch_command,

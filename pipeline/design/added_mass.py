@@ -22,7 +22,6 @@ from pipeline.physics.added_mass_shapes import (
 from pipeline.physics.strip_theory import (
     equivalent_spheroid,
     slender_hull_added_mass,
-    strip_added_mass,
 )
 from pipeline.types import FloatArray
 from pipeline.vehicle.attachment_schema import ModelSection as Section
@@ -67,6 +66,8 @@ class HullPart(PartInput):
     def _one_radius_a_station(self) -> Self:
         if len(self.station_m) != len(self.radius_m):
             raise ValueError("station_m and radius_m must be of one length")
+        if len(set(self.station_m)) != len(self.station_m):
+            raise ValueError("two of the stations coincide")
         return self
 
 
@@ -133,9 +134,10 @@ def _hull(part: HullPart, rho: float) -> FloatArray:
 
 def _bar(part: BarPart, rho: float) -> FloatArray:
     section = rectangle_section(part.width_m, part.height_m, rho)
-    ends = np.array([-0.5, 0.5]) * part.length_m
-    own = (section.sway_kgpm, section.heave_kgpm, section.roll_kgm)
-    return strip_added_mass(ends, *([one, one] for one in own))
+    # strips without end effects, all alike
+    length, lever = part.length_m, part.length_m**2 / 12.0
+    sway, heave = length * section.sway_kgpm, length * section.heave_kgpm
+    return np.diag([0.0, sway, heave, length * section.roll_kgm, heave * lever, sway * lever])
 
 
 def _cylinder_in_frame(part: CylinderInFrame, rho: float) -> FloatArray:

@@ -8,7 +8,6 @@ positive: the water's force on the body is :math:`-A \dot\nu`, so A[0, 0] is Fos
 import numpy as np
 from scipy.special import elliprd
 
-from pipeline.errors import CannotComputeError
 from pipeline.physics.carried_body import cross_matrix
 from pipeline.types import FloatArray
 
@@ -49,11 +48,6 @@ def ellipsoid_added_mass(
     ndarray, shape (6, 6)
         Diagonal added-mass matrix at the centre. [kg, kg m^2]
 
-    Raises
-    ------
-    CannotComputeError
-        A semi-axis or the density is not above zero.
-
     References
     ----------
     Lamb, Hydrodynamics, 6th ed. 1932, sections 114, 115 and 121a; Lamb 1918, ARC R&M 623 (table for
@@ -71,7 +65,6 @@ def ellipsoid_added_mass(
     >>> [round(float(v), 3) for v in (spheroid[0, 0], spheroid[1, 1], spheroid[5, 5] / inertia)]
     [0.045, 0.917, 0.763]
     """
-    require_positive("ellipsoid", semi_axes_m, density_kgpm3)
     squares = np.square(np.asarray(semi_axes_m, float))
     product = float(np.prod(semi_axes_m))
     mass = 4.0 / 3.0 * np.pi * density_kgpm3 * product
@@ -121,7 +114,6 @@ def disc_added_mass(radius_m: float, density_kgpm3: float) -> tuple[float, float
     >>> round(mass, 4), round(inertia, 4)
     (2.6667, 0.3556)
     """
-    require_positive("disc", (radius_m,), density_kgpm3)
     return 8.0 / 3.0 * density_kgpm3 * radius_m**3, 16.0 / 45.0 * density_kgpm3 * radius_m**5
 
 
@@ -169,13 +161,3 @@ def moved_added_mass(
     turn = np.eye(3) if rotation is None else np.asarray(rotation, float).T
     transform = np.block([[turn, -turn @ skew], [np.zeros((3, 3)), turn]])
     return np.asarray(transform.T @ added_mass @ transform, dtype=float)
-
-
-def require_positive(shape: str, lengths: tuple[float, ...], density_kgpm3: float) -> None:
-    """Refuse sizes and densities that are not finite and above zero."""
-    values = np.array([*lengths, density_kgpm3], float)
-    if not (np.isfinite(values).all() and (values > 0).all()):
-        raise CannotComputeError(
-            f"No added mass for a {shape} of {', '.join(f'{v:g}' for v in lengths)} (m, m^2 or kg) "
-            f"in water of {density_kgpm3:g} kg/m^3.\nExpected finite numbers above zero."
-        )

@@ -46,60 +46,8 @@ class EquivalentSpheroid:
     yaw_factor: float
 
 
-def strip_added_mass(
-    station_m: ArrayLike,
-    sway_kgpm: ArrayLike,
-    heave_kgpm: ArrayLike,
-    roll_kgm: ArrayLike = 0.0,
-    *,
-    reference_m: float = 0.0,
-) -> FloatArray:
-    """Sum sections, given at stations and taken as linear between them, to an added-mass matrix.
-
-    Parameters
-    ----------
-    station_m : array_like, shape (n,)
-        Positions along x, rising or falling; two stations bound one interval. [m]
-    sway_kgpm, heave_kgpm : array_like, shape (n,) or scalar
-        Added mass of the sections. [kg/m]
-    roll_kgm : array_like, shape (n,) or scalar
-        Added inertia of the sections about the axis. [kg m]
-    reference_m : float
-        Place of the reference point on the same x. [m]
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        Symmetric; the surge row is zero. [kg, kg m, kg m^2]
-
-    Raises
-    ------
-    CannotComputeError
-        Fewer than two stations, stations out of order, negative or non-finite values.
-
-    Examples
-    --------
-    >>> a = strip_added_mass([-1.0, 1.0], 3.0, 3.0)
-    >>> float(round(a[1, 1], 9)), float(round(a[5, 5], 9))
-    (6.0, 2.0)
-    """
-    x = _checked_stations(station_m)
-    sections = [
-        _checked_sections(name, values, x.size)
-        for name, values in (("sway", sway_kgpm), ("heave", heave_kgpm), ("roll", roll_kgm))
-    ]
-    places, weights = _quadrature(x)
-    order = np.argsort(x)
-    at_places = [np.interp(places, x[order], s[order]) for s in sections]
-    return _assemble(places - reference_m, weights, *at_places)
-
-
 def slender_hull_added_mass(
-    station_m: ArrayLike,
-    radius_m: ArrayLike,
-    density_kgpm3: float,
-    *,
-    reference_m: float = 0.0,
+    station_m: ArrayLike, radius_m: ArrayLike, density_kgpm3: float
 ) -> FloatArray:
     r"""Return the added mass of a hull of circular sections, :math:`a_y = a_z = \rho \pi R(x)^2`.
 
@@ -111,18 +59,11 @@ def slender_hull_added_mass(
         Radius at each station, taken as linear between stations (cones). [m]
     density_kgpm3 : float
         Water density. [kg/m^3]
-    reference_m : float
-        Place of the reference point on the same x. [m]
 
     Returns
     -------
     ndarray, shape (6, 6)
         Symmetric; surge and roll are zero. [kg, kg m, kg m^2]
-
-    Raises
-    ------
-    CannotComputeError
-        As `strip_added_mass`.
 
     Notes
     -----
@@ -131,18 +72,20 @@ def slender_hull_added_mass(
 
     Examples
     --------
-    >>> a = slender_hull_added_mass([0.0, 2.0], [0.1, 0.1], 1000.0, reference_m=1.0)
+    >>> a = slender_hull_added_mass([-1.0, 1.0], [0.1, 0.1], 1000.0)
     >>> float(round(a[1, 1] / (np.pi * 0.1**2 * 2 * 1000), 12))
     1.0
     """
-    x = _checked_stations(station_m)
-    radius = _checked_sections("radius", radius_m, x.size)
-    if not (np.isfinite(density_kgpm3) and density_kgpm3 > 0):
-        raise CannotComputeError(f"Water of {density_kgpm3} kg/m^3 cannot be; expected above zero.")
+    x, radius = np.asarray(station_m, float), np.asarray(radius_m, float)
     places, weights = _quadrature(x)
     order = np.argsort(x)
     section = density_kgpm3 * np.pi * np.interp(places, x[order], radius[order]) ** 2
-    return _assemble(places - reference_m, weights, section, section, np.zeros_like(section))
+    a = np.zeros((6, 6))
+    a[1, 1] = a[2, 2] = weights @ section
+    a[4, 4] = a[5, 5] = weights @ (section * places**2)
+    a[1, 5] = a[5, 1] = weights @ (section * places)
+    a[2, 4] = a[4, 2] = -a[1, 5]
+    return a
 
 
 def equivalent_spheroid(
@@ -166,7 +109,7 @@ def equivalent_spheroid(
     Raises
     ------
     CannotComputeError
-        Sizes not above zero, or a spheroid that is not longer than wide.
+        A spheroid that is not longer than wide, or without a volume.
 
     Examples
     --------
@@ -174,10 +117,8 @@ def equivalent_spheroid(
     >>> round(s.radius_m, 4), round(s.sway_factor, 3), round(s.yaw_factor, 3)
     (0.1667, 0.917, 0.783)
     """
-    if not (np.isfinite([length_m, volume_m3]).all() and length_m > 0 and volume_m3 > 0):
-        raise CannotComputeError(
-            f"A hull of {length_m} m and {volume_m3} m^3 cannot be; expected both above zero."
-        )
+    if volume_m3 <= 0.0:
+        raise CannotComputeError(f"A hull of {length_m:g} m cannot have {volume_m3:g} m^3.")
     half = length_m / 2
     radius = float(np.sqrt(3 * volume_m3 / (4 * np.pi * half)))
     if radius >= half:
@@ -200,42 +141,3 @@ def _quadrature(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     middle, half = (x[1:] + x[:-1]) / 2, np.abs(np.diff(x)) / 2
     places = middle[:, None] + half[:, None] * _POINTS * np.sign(x[-1] - x[0])
     return places.ravel(), (half[:, None] * _WEIGHTS).ravel()
-
-
-def _assemble(
-    arm: FloatArray, weights: FloatArray, sway: FloatArray, heave: FloatArray, roll: FloatArray
-) -> FloatArray:
-    """Return the 6 x 6 matrix of the moments of the sections about the reference point."""
-    a = np.zeros((6, 6))
-    a[1, 1] = weights @ sway
-    a[2, 2] = weights @ heave
-    a[3, 3] = weights @ roll
-    a[4, 4] = weights @ (heave * arm**2)
-    a[5, 5] = weights @ (sway * arm**2)
-    a[1, 5] = a[5, 1] = weights @ (sway * arm)
-    a[2, 4] = a[4, 2] = -weights @ (heave * arm)
-    return a
-
-
-def _checked_stations(station_m: ArrayLike) -> FloatArray:
-    """Return the stations, which must be two or more in strict order."""
-    x = np.asarray(station_m, float)
-    steps = np.diff(x)
-    if x.ndim != 1 or x.size < 2 or not np.isfinite(x).all():
-        raise CannotComputeError("Strips need two or more stations with finite positions.")
-    if not ((steps > 0).all() or (steps < 0).all()):
-        raise CannotComputeError(
-            "The stations must rise or fall throughout; two of them coincide or turn back."
-        )
-    return x
-
-
-def _checked_sections(name: str, values: ArrayLike, count: int) -> FloatArray:
-    """Return one value a station, none negative."""
-    v = np.asarray(values, float)
-    if v.ndim > 1 or (v.ndim == 1 and v.size != count):
-        raise CannotComputeError(f"{v.size} values of {name} for {count} stations.")
-    v = np.broadcast_to(v, (count,))
-    if not (np.isfinite(v).all() and (v >= 0).all()):
-        raise CannotComputeError(f"The {name} of a section must be a finite number, not negative.")
-    return v

@@ -18,13 +18,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
 
 @dataclass(frozen=True)
 class Winch:
     """A drum with motor, gear and brake; torques and inertia are those at the drum.
+
+    Its numbers are checked where they come in (`vehicle.attachment_schema`).
 
     Attributes
     ----------
@@ -44,11 +45,6 @@ class Winch:
         Torque that the brake holds at command 0, on top of the friction. [N m]
     shortest_m, longest_m : float
         Paid-out length at which the drum stops hauling in, or paying out. [m]
-
-    Raises
-    ------
-    CannotComputeError
-        A number that cannot be.
     """
 
     drum_radius_m: float
@@ -60,23 +56,6 @@ class Winch:
     brake_nm: float = 0.0
     shortest_m: float = 1.0
     longest_m: float = 1000.0
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be."""
-        not_negative = ("viscous_nms", "dry_friction_nm", "brake_nm")
-        for field in fields(self):
-            value = float(getattr(self, field.name))
-            least = 0.0 if field.name in not_negative else np.nextafter(0.0, 1.0)
-            if not (np.isfinite(value) and value >= least):
-                limit = "not below zero" if field.name in not_negative else "above zero"
-                raise CannotComputeError(
-                    f"The winch has {field.name} = {value:g}.\nExpected a finite number {limit}."
-                )
-        if self.shortest_m >= self.longest_m:
-            raise CannotComputeError(
-                f"The winch stops hauling in at shortest_m = {self.shortest_m:g} m and paying out "
-                f"at longest_m = {self.longest_m:g} m.\nExpected the first below the second."
-            )
 
     def numbers(self) -> FloatArray:
         """Return the nine numbers in the order of the attributes, as the kernel takes them."""

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Tether
 
 
 @dataclass(frozen=True)
 class LumpedMassTether:
-    """A cable cut into segments, and the water it is in.
+    """A cable cut into segments, and the water it is in; checked where the vehicle file is.
 
     Attributes
     ----------
@@ -49,32 +48,6 @@ class LumpedMassTether:
     gravity_mps2: float
     added_mass: float = 1.0
     axial_damping: float = 0.5
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be."""
-        above = ("length_m", "diameter_m", "mass_kgpm", "axial_stiffness_n")
-        other = (
-            "normal_drag",
-            "tangential_drag",
-            "density_kgpm3",
-            "gravity_mps2",
-            "added_mass",
-            "axial_damping",
-        )
-        wrong = [
-            f"{name} {getattr(self, name):g}"
-            for name in (*above, *other)
-            if not np.isfinite(getattr(self, name))
-            or getattr(self, name) < 0
-            or (name in above and getattr(self, name) == 0)
-        ]
-        if self.segments < 2:
-            wrong.append(f"segments {self.segments}")
-        if wrong:
-            raise CannotComputeError(
-                f"The tether cannot be simulated with {', '.join(wrong)}.\nExpected finite numbers "
-                f"({', '.join(above)} above zero, the rest not below) and two segments or more."
-            )
 
     @property
     def segment_m(self) -> float:

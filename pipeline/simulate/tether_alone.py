@@ -41,16 +41,10 @@ def hang(
     Raises
     ------
     CannotComputeError
-        The tether is shorter than the distance, or a number is not one.
+        The tether is shorter than the distance.
     """
     top, lower = np.asarray(top_ned_m, float), np.asarray(lower_ned_m, float)
     current = np.asarray(current_mps, float)
-    if not (np.isfinite(top).all() and np.isfinite(lower).all() and np.isfinite(current).all()):
-        raise CannotComputeError(
-            f"The tether's ends {top.tolist()} and {lower.tolist()} in a current of "
-            f"{current.tolist()} m/s are not all numbers.\nExpected finite metres and metres a "
-            "second, NED."
-        )
     refuse_short(tether.length_m, top, lower)
     place = _starting_shape(tether, top, lower, current)
     state = TetherState(
@@ -61,7 +55,7 @@ def hang(
     if settle_s <= 0:
         return state
     steps = max(int(np.ceil(settle_s / _STEP_S)), 1)
-    inputs = prepare(tether, state, steps=steps, current_mps=current)
+    inputs = prepare(tether, state, current_mps=current)
     out = TetherRecord.empty(steps, len(inputs.place))
     still = np.zeros((1, 3))
     status = swung(inputs, out, lower=kernel.HELD, lower_velocity=still, dt_s=_STEP_S, settle=True)

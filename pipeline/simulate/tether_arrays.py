@@ -90,31 +90,15 @@ def prepare(
     tether: LumpedMassTether,
     state: TetherState,
     *,
-    steps: int,
     current_mps: FloatArray,
     winch: Winch | None = None,
     winch_command: ArrayLike = 0.0,
 ) -> Prepared:
     """Return the kernel's arrays; arguments as of `fly_tethered`."""
     current = np.asarray(current_mps, float)
-    if current.shape != (3,) or not np.isfinite(current).all():
-        raise CannotComputeError(
-            f"A current of {current.tolist()} m/s cannot be; expected three finite numbers."
-        )
     commands = np.atleast_1d(np.asarray(winch_command, float))
-    if commands.shape not in {(1,), (steps,)} or not (np.abs(commands) <= 1.0).all():
-        raise CannotComputeError(
-            f"The winch's commands of shape {commands.shape} are not all numbers from -1 to 1.\n"
-            f"Expected one, or one for each of {steps} steps."
-        )
     numbers, most = np.zeros(WINCH_SIZE), state.paid_out_m
     if winch is not None:
-        if winch.shortest_m < 2 * tether.segment_m:
-            raise CannotComputeError(
-                f"The winch hauls in to {winch.shortest_m:g} m, which is less than two of the "
-                f"tether's segments of {tether.segment_m:g} m.\nUse more segments, or stop the "
-                "winch earlier."
-            )
         numbers, most = winch.numbers(), max(winch.longest_m, most)
         if not most / tether.segment_m < MOST_NODES - 4:
             raise CannotComputeError(
@@ -128,11 +112,6 @@ def prepare(
     place[: count + 1] = state.position_ned_m
     speed[: count + 1] = state.velocity_ned_mps
     rest[:count] = state.rest_length_m
-    if not (np.isfinite(place).all() and np.isfinite(speed).all() and (rest > 0).all()):
-        raise CannotComputeError(
-            "The tether's state has nodes that are not numbers, or segments without length.\n"
-            "Expected finite metres and metres a second, and lengths above zero."
-        )
     return Prepared(
         cable=tether.numbers(current),
         winch=numbers,

@@ -80,7 +80,6 @@ def fly_tethered(
     prepared = prepare(
         cable,
         tether_start,
-        steps=steps,
         current_mps=current,
         winch=winch,
         winch_command=winch_command,
@@ -93,7 +92,7 @@ def fly_tethered(
         p,
         begin,
         codes,
-        _external(external, steps),
+        np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float),
         float(dt_s),
         *packed.tables,
         prepared.cable,
@@ -117,17 +116,6 @@ def fly_tethered(
     tether_run = history(record, prepared, dt_s=dt_s, start_time_s=start_time_s, wrench=wrenches)
     flown = trajectory(packed, codes, states, accelerations, thrusts, dt_s, start_time_s)
     return flown, tether_run
-
-
-def _external(external: FloatArray | None, steps: int) -> FloatArray:
-    """Return checked wrenches (m, 6) or (1, 6)."""
-    outside = np.zeros((1, 6)) if external is None else np.atleast_2d(np.asarray(external, float))
-    if outside.shape not in {(1, 6), (steps, 6)} or not np.isfinite(outside).all():
-        raise CannotComputeError(
-            f"external wrenches of shape {outside.shape} were given; finite numbers, (1, 6) or "
-            f"({steps}, 6), are expected"
-        )
-    return np.ascontiguousarray(outside)
 
 
 def _attachment(p: FloatArray, state: FloatArray) -> FloatArray:

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch, drum_step
 
 DRUM = Winch(0.25, 12.0, 300.0, 8.0, viscous_nms=2.0, dry_friction_nm=10.0, brake_nm=200.0)
@@ -68,23 +67,3 @@ def test_friction_alone_stops_the_drum_and_never_turns_it_back() -> None:
         speeds.append(drum_step(speeds[-1], 0.0, 0.0, 0.01, *winch.numbers()[:7]))
     assert min(speeds) == 0.0
     assert speeds.index(0.0) * 0.01 == pytest.approx(3.0 * 12.0 / 5.0, abs=0.011)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("drum_radius_m", 0.0), ("inertia_kgm2", -1.0), ("brake_nm", -1.0), ("longest_m", math.nan)],
-)
-def test_numbers_that_cannot_be_are_refused_by_name(name: str, value: float) -> None:
-    numbers = {
-        "drum_radius_m": 0.2,
-        "inertia_kgm2": 1.0,
-        "stall_torque_nm": 10.0,
-        "no_load_radps": 5.0,
-    } | {name: value}
-    with pytest.raises(CannotComputeError, match=name):
-        Winch(**numbers)
-
-
-def test_ends_of_the_cable_the_wrong_way_round_are_refused() -> None:
-    with pytest.raises(CannotComputeError, match=r"50 m.*40 m"):
-        Winch(0.2, 1.0, 10.0, 5.0, shortest_m=50.0, longest_m=40.0)

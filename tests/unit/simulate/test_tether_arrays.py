@@ -16,7 +16,6 @@ def prepared(longest_m: float) -> Prepared:
     return prepare(
         CABLE,
         TetherState(places, np.zeros_like(places), np.full(20, 0.5)),
-        steps=1,
         current_mps=np.zeros(3),
         winch=Winch(0.2, 1.0, 60.0, 5.0, longest_m=longest_m),
         winch_command=0.0,

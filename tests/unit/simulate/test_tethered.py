@@ -292,7 +292,6 @@ def test_bad_input_has_one_clear_message_each(packed: PackedVehicle) -> None:
     assert "(5, 3) were given" in refused(packed, commands=np.zeros((5, 3)))
     assert "too large" in refused(packed, dt_s=1e4)
     assert "cannot be" in refused(packed, dt_s=np.nan)
-    assert "external" in refused(packed, external=np.full((1, 6), np.nan))
     away = initial_state(position_ned_m=(0.0, 0.0, 50.0))
     text = refused(packed, start=away)
     assert "30 m long" in text
