@@ -88,7 +88,7 @@ class BagFile(MessageLog):
         )
 
     def _damaged(self, error: Exception) -> None:
-        self._faults.add(f"the bag is damaged: {reason(error)}; what follows was left out.")
+        self.add_fault(f"the bag is damaged: {reason(error)}; what follows was left out.")
 
 
 def _block(rows: list[_Row]) -> ChunkBlock:
@@ -153,7 +153,7 @@ class Ros2Database(BagFile):
         self.directory.library = "ros2 bag"
         beside = self.path.with_name(f"{self.path.name}-wal")
         if beside.is_file() and beside.stat().st_size:
-            self._faults.add(
+            self.add_fault(
                 f"the bag was not closed: messages in {beside.name} are not in it yet; copy both "
                 f'elsewhere and run sqlite3 {self.path.name} "PRAGMA wal_checkpoint" there.'
             )

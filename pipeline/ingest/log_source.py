@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_chunk import ChunkBlock
-from pipeline.ingest.mcap_directory import Directory, LogFaults
+from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.pool_run_extract import Request, Sink, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound
@@ -54,7 +54,9 @@ class MessageLog:
         self.size = 0
         self.read_bytes = 0
         """How far the last pass got."""
-        self._faults = LogFaults(self.place)
+        self._faults: dict[str, Problem] = {}
+        self._cut_at: int | None = None
+        """The byte behind which nothing is whole, of a log that has no end."""
         self._codecs: dict[int, Any] = {}
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
@@ -64,7 +66,28 @@ class MessageLog:
     @property
     def problems(self) -> list[Problem]:
         """What was found wrong while it was read."""
-        return self._faults.problems
+        return list(self._faults.values())
+
+    def add_fault(self, what: str) -> None:
+        """Say what is wrong with the file; each once, however often it is read."""
+        self._faults.setdefault(what, self.place.warning(what))
+
+    def cut(self, at: int, how: str = "") -> None:
+        """Say that the log has no end: records are whole up to byte `at`.
+
+        `how` is what is there instead of an end, with a blank behind it.
+        """
+        if self._cut_at is not None:
+            return  # said by an earlier pass
+        self._cut_at = at
+        share = 100.0 * at / self.size if self.size else 0.0
+        self._faults["cut"] = self.place.warning(
+            f"the log ends {how}at byte {self.size} without its closing record: the recorder was "
+            "stopped hard, or the copy is not complete. Whole records were read up to byte "
+            f"{at} ({share:.0f} %).",
+            "a file that ends with 89 4D 43 41 50 30 0D 0A.",
+            "Copy it again; if it is no longer elsewhere, mcap recover FILE makes an index.",
+        )
 
     def topics(self) -> list[TopicFound]:
         """Find its topics with one message each."""

@@ -19,7 +19,7 @@ from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
 from pipeline.ingest.message_fields import LETTERS
-from pipeline.ingest.pool_run_plan import BY_HEADS
+from pipeline.ingest.pool_run_plan import BY_HEADS, in_number_order
 from pipeline.ingest.quantities import KNOWN_UNITS, NO_UNIT, known_unit, same_quantities
 from pipeline.ingest.table_times import time_column, times_of
 from pipeline.ingest.text_table import delimiter_of, encoding_of
@@ -231,10 +231,9 @@ class _Names:
                     self._warn(what, remedy="Rename the other.")
                 self.units[first] = self.units[first] or begins[match[1]]
             used |= {*of.values()}
-            by_number = {int(found[1]): field for name, field in of.items()
-                         if (found := re.fullmatch(r"[a-z_]*?(\d+)", name))}  # fmt: skip
-            if of and len(by_number) == len(of):
-                in_order = [by_number[number] for number in sorted(by_number)]
+            fields = list(of.values())
+            numbered = (one for one in in_number_order(list(of)) if len(one) == len(of))
+            if in_order := [fields[at] for at in next(numbered, ())]:
                 yield from self._channel(quantity, in_order)
                 continue
             for thruster, field in of.items():

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
 from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.mcap_chunk import ChunkBlock
 
@@ -22,42 +22,6 @@ _KNOWN_STARTS = (
     (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
     (b"\xa3\x95", "an ArduPilot data-flash log", "Name it *.BIN: then it is read as one."),
 )  # fmt: skip
-
-
-class LogFaults:
-    """Collects the problems of one log; `cut_at` is the byte behind which nothing is whole."""
-
-    def __init__(self, place: Place) -> None:
-        """Begin with none; `place` names the log in messages."""
-        self.place = place
-        self.problems: list[Problem] = []
-        self.cut_at: int | None = None
-        self._said: set[str] = set()
-
-    def add(self, what: str) -> None:
-        """Say a fault."""
-        if what not in self._said:
-            self._said.add(what)
-            self.problems.append(self.place.warning(what))
-
-    def cut(self, at: int, size: int, how: str = "") -> None:
-        """Say that the log has no end: records are whole up to byte `at` of `size`.
-
-        `how` is what is there instead of an end, with a blank behind it.
-        """
-        if self.cut_at is not None:
-            return  # said by an earlier pass
-        self.cut_at = at
-        share = 100.0 * at / size if size else 0.0
-        self.problems.append(
-            self.place.warning(
-                f"the log ends {how}at byte {size} without its closing record: the recorder "
-                f"was stopped hard, or the copy is not complete. Whole records were read up to "
-                f"byte {at} ({share:.0f} %).",
-                "a file that ends with 89 4D 43 41 50 30 0D 0A.",
-                "Copy it again; if it is no longer elsewhere, mcap recover FILE makes an index.",
-            )
-        )
 
 
 @dataclass
@@ -79,11 +43,13 @@ class Directory:
     """The summary lists the channels."""
 
     def note(self, opcode: int, content: memoryview) -> None:
-        """Take a schema, a channel or statistics in; raises `BrokenRecordError`."""
-        if opcode not in (mcap.SCHEMA, mcap.CHANNEL, mcap.STATISTICS, mcap.CHUNK_INDEX):
-            return
+        """Take a record in that is neither a chunk nor a message; raises `BrokenRecordError`."""
         record = mcap.parse(opcode, content)
-        if opcode == mcap.SCHEMA:
+        if opcode == mcap.HEADER:
+            self.profile, self.library = record.profile, record.library
+        elif opcode == mcap.METADATA:
+            self.metadata[record.name] = record.metadata
+        elif opcode == mcap.SCHEMA:
             self.schemas.setdefault(record.id, record)
         elif opcode == mcap.CHANNEL:
             if len(self.channels) >= _MOST_CHANNELS:
@@ -112,7 +78,8 @@ class Directory:
                 begin, at = at + mcap.RECORD_HEAD.size, at + mcap.RECORD_HEAD.size + length
                 if at > len(summary):
                     return False
-                self.note(opcode, summary[begin:at])
+                if opcode in mcap.OF_SUMMARY:
+                    self.note(opcode, summary[begin:at])
         except mcap.BrokenRecordError:
             return False
         if self.statistics is None or not self.channels:

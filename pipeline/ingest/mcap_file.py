@@ -98,7 +98,7 @@ class McapFile(MessageLog):
         found.counts = {number: counts.get(number, 0) for number in found.channels}
         lost = sum(count for number, count in counts.items() if number not in found.channels)
         if lost:
-            self._faults.add(
+            self.add_fault(
                 f"{lost} messages belong to topics that are not described before them; left out."
             )
 
@@ -121,13 +121,13 @@ class McapFile(MessageLog):
             elif length <= mcap.MAX_CHUNK_BYTES:
                 loose += mcap.RECORD_HEAD.pack(opcode, length) + stream.read(length)
             else:
-                self._faults.add(f"a message of {length} bytes at byte {begin} is passed over.")
+                self.add_fault(f"a message of {length} bytes at byte {begin} is passed over.")
         if loose:
             yield self._loose(loose)
-        whole = self._faults.cut_at
+        whole = self._cut_at
         self.read_bytes = min(self._at, self.size) if whole is None else whole
         if not self.directory.complete:
-            self._faults.cut(self.read_bytes, self.size)
+            self.cut(self.read_bytes)
 
     def _records(self, stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
         """Yield opcode, place of the content and its length, up to the end of the data.
@@ -145,30 +145,19 @@ class McapFile(MessageLog):
                 return
             if begin + length > self._end and opcode != mcap.CHUNK:
                 how = "" if opcode < 0x80 else f"(no record is {opcode:#x}) "
-                self._faults.cut(self._at, self.size, how)
+                self.cut(self._at, how)
                 return
             self._at = begin + length
             yield opcode, begin, length
 
     def _small(self, stream: BinaryIO, opcode: int, begin: int, length: int) -> None:
         """Take a record in that is neither a chunk nor a message; large ones are passed over."""
-        if opcode not in (mcap.HEADER, mcap.SCHEMA, mcap.CHANNEL, mcap.METADATA):
-            return
-        if length > mcap.MAX_RECORD_BYTES:
-            self._faults.add(f"a record of {length} bytes at byte {begin} is passed over.")
-            return
-        content = memoryview(stream.read(length))
-        try:
-            if opcode == mcap.HEADER:
-                header = mcap.parse(opcode, content)
-                self.directory.profile, self.directory.library = header.profile, header.library
-            elif opcode == mcap.METADATA:
-                record = mcap.parse(opcode, content)
-                self.directory.metadata[record.name] = record.metadata
-            else:
-                self.directory.note(opcode, content)
-        except mcap.BrokenRecordError as error:
-            self._faults.add(f"a record at byte {begin} is broken: {error}.")
+        if opcode in mcap.OF_START:
+            try:
+                content = stream.read(min(length, mcap.MAX_RECORD_BYTES + 1))
+                self.directory.note(opcode, memoryview(content))
+            except mcap.BrokenRecordError as error:
+                self.add_fault(f"a record at byte {begin} is passed over: {error}.")
 
     def _loose(self, loose: bytearray) -> ChunkBlock:
         """Make a block of messages that stand outside of chunks."""
@@ -180,58 +169,50 @@ class McapFile(MessageLog):
         self, stream: BinaryIO, begin: int, length: int, wanted: frozenset[int] | None
     ) -> ChunkBlock | None:
         """Read a chunk and its message index; None if nothing in it is wanted or can be read."""
-        where = f"the chunk at byte {begin - mcap.RECORD_HEAD.size}"
-        is_cut = begin + length > self._end
+        first = begin - mcap.RECORD_HEAD.size
+        where, is_cut = f"the chunk at byte {first}", begin + length > self._end
         try:
-            head = mcap.parse_chunk_head(
-                memoryview(stream.read(min(length, mcap.MOST_OF_CHUNK_HEAD)))
-            )
-        except mcap.BrokenRecordError as error:
+            start = stream.read(min(length, mcap.MOST_OF_CHUNK_HEAD))
+            head = mcap.parse_chunk_head(memoryview(start))
+            where += f", {(head.end_time_ns - head.start_time_ns) / 1e9:.1f} s of the run,"
+            self._check(head, length)
+            index = {} if is_cut else self._message_index(stream)
+            new = index.keys() - self.directory.channels.keys()
+            if index and not new and wanted is not None and wanted.isdisjoint(index):
+                return None
+            stream.seek(begin + head.length)
+            packed = stream.read(min(head.size, max(self._end - begin - head.length, 0)))
+            data = unpack(head, packed, cut=is_cut)
+        except (mcap.BrokenRecordError, BrokenChunkError) as error:
             if is_cut:
-                self._faults.cut(begin - mcap.RECORD_HEAD.size, self.size)
+                self.cut(first)
             else:
-                self._faults.add(f"{where} is broken ({error}); its messages were left out.")
+                self.add_fault(f"{where} is damaged: {error}; its messages were left out.")
             return None
-        refusal = self._refusal(head, length)
-        if refusal:
-            self._faults.add(f"{where} {refusal}; its messages were left out.")
-            return None
-        if is_cut:
-            return self._cut_chunk(stream, begin, head)
-        index = self._message_index(stream)
-        known = self.directory.channels
-        if (
-            index
-            and wanted is not None
-            and not any(number in wanted or number not in known for number in index)
-        ):
-            return None
-        stream.seek(begin + head.length)
-        try:
-            data = unpack(head, stream.read(head.size))
-        except BrokenChunkError as error:
-            seconds = (head.end_time_ns - head.start_time_ns) / 1e9
-            self._faults.add(
-                f"{where}, {seconds:.1f} s of the run, is damaged: {error}; its messages were left "
-                "out."
-            )
-            return None
-        return self.directory.take_in(self._found_in(data, index, where))
+        if not is_cut:
+            return self.directory.take_in(self._found_in(data, index, where))
+        block = walk(data)
+        parts = list(block.messages.values())
+        rescued = sum(part.size.size for part in parts)
+        walked = max((int(part.start[-1] + part.size[-1]) for part in parts), default=0)
+        whole = begin + head.length + len(packed) * walked // len(data) if rescued else first
+        how = f"in the middle of a chunk, of which {rescued} messages were rescued, "
+        self.cut(whole, how)
+        return self.directory.take_in(block)
 
-    def _refusal(self, head: mcap.ChunkHead, length: int) -> str:
-        """Say why a chunk is not even read, and count what a pass unpacks."""
+    def _check(self, head: mcap.ChunkHead, length: int) -> None:
+        """Count what a pass unpacks; raises `BrokenChunkError` for a chunk not to be read."""
         if head.length + head.size > length or head.size > mcap.MAX_CHUNK_BYTES:
-            return f"holds {head.size} packed bytes in {length}"
+            raise BrokenChunkError(f"it holds {head.size} packed bytes in {length}")
         size = head.uncompressed_size
-        if not head.compression or size > mcap.MAX_CHUNK_BYTES:
-            return ""  # one that states too much is refused where it is unpacked
-        if self._unpacked + size > mcap.MAX_UNPACKED_BYTES + mcap.MAX_RATIO * self.size:
-            return (
-                f"takes the log to more than {mcap.MAX_RATIO} times its size, unpacked: this looks "
-                "like a bomb"
+        if head.compression and size <= mcap.MAX_CHUNK_BYTES:  # more is refused when it is unpacked
+            self._unpacked += size
+        if self._unpacked > mcap.MAX_UNPACKED_BYTES + mcap.MAX_RATIO * self.size:
+            self._unpacked -= size
+            raise BrokenChunkError(
+                f"it takes the log to more than {mcap.MAX_RATIO} times its size, unpacked: this "
+                "looks like a bomb"
             )
-        self._unpacked += size
-        return ""
 
     def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> ChunkBlock:
         """Find the messages of a chunk by its index, or without where that does not agree."""
@@ -239,35 +220,13 @@ class McapFile(MessageLog):
         if block is None:
             # where the file was cut off, the index of the last chunk may be cut, too
             if index and self.directory.complete:
-                self._faults.add(
-                    f"the message index of {where} does not agree with it; its records were walked."
-                )
+                what = "its message index does not agree with it; its records were walked."
+                self.add_fault(f"{where} is damaged: {what}")
             block = walk(data)
         if block.fault:
-            self._faults.add(f"in {where} {block.fault}; what follows in it was left out.")
+            what = f"{block.fault}; what follows in it was left out."
+            self.add_fault(f"{where} is damaged: {what}")
         return block
-
-    def _cut_chunk(self, stream: BinaryIO, begin: int, head: mcap.ChunkHead) -> ChunkBlock | None:
-        """Rescue what the file still holds of its last chunk."""
-        stream.seek(begin + head.length)
-        packed = stream.read(max(self._end - begin - head.length, 0))
-        try:
-            block = walk(unpack(head, packed, cut=True))
-        except BrokenChunkError:
-            block = None
-        parts = [] if block is None else list(block.messages.values())
-        rescued = sum(part.size.size for part in parts)
-        whole = begin - mcap.RECORD_HEAD.size
-        if rescued:  # of a packed chunk in proportion
-            walked = max(int(part.start[-1] + part.size[-1]) for part in parts)
-            share = walked / max(head.uncompressed_size, walked)
-            whole = begin + head.length + min(int(share * head.size), len(packed))
-        self._faults.cut(
-            whole,
-            self.size,
-            f"in the middle of a chunk, of which {rescued} messages were rescued, ",
-        )
-        return None if block is None else self.directory.take_in(block)
 
     def _message_index(self, stream: BinaryIO) -> dict[int, IntArray]:
         """Read the message index that follows a chunk, and move behind it."""

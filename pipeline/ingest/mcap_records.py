@@ -75,6 +75,9 @@ class _Whole(ReadDataStream):
         return self.read(self.read4()).decode("utf-8", errors="replace")
 
 
+#: Records that say what a log holds: in its summary, and before its messages.
+OF_SUMMARY = frozenset({SCHEMA, CHANNEL, STATISTICS, CHUNK_INDEX})
+OF_START = frozenset({HEADER, SCHEMA, CHANNEL, METADATA})
 _PARSERS: Mapping[int, Callable[[ReadDataStream], Any]] = {
     HEADER: records.Header.read,
     SCHEMA: records.Schema.read,

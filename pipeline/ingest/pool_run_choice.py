@@ -19,7 +19,6 @@ from pipeline.ingest.pool_run_down import depth_against_pressure, doubtful_depth
 from pipeline.ingest.pool_run_health import runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base
-from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -124,17 +123,16 @@ def _best(
     blamed = []
     try:
         bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
-        comparable = len(bodies) > 1 and "attitude" in run.channels
-        wrong = disagreeing_frames(run, bodies) if comparable else {}
         by_pressure = [one.channel for one in group if one.channel.read.quantity == "pressure"]
         for one in group:
             with_it = replace(run, channels={**run.channels, one.name: one.channel})
+            others = [other for other in bodies if other is not one.channel]
             found = [
                 *doubtful_depths(with_it, vehicle),
-                *contradictions(with_it, vehicle, on_one_base(with_it)),
+                *contradictions(with_it, vehicle, on_one_base(with_it), others),
             ]
-            own = [wrong.get(one.channel.topic), depth_against_pressure(one.channel, by_pressure)]
-            blamed.append([*filter(None, own), *(problem.what for problem in found)])
+            own = depth_against_pressure(one.channel, by_pressure)
+            blamed.append([*filter(None, [own]), *(problem.what for problem in found)])
     except CannotComputeError:
         return group[0], ""
     fewest = min(range(len(group)), key=lambda index: len(blamed[index]))

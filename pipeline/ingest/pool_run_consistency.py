@@ -1,6 +1,6 @@
 """What channels say of each other and of the vehicle file: suspicions, told and nothing else."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -81,16 +81,19 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
         )
 
 
-def contradictions(run: PoolRun, vehicle: Vehicle, table: RunTable) -> Iterator[Problem]:
+def contradictions(
+    run: PoolRun, vehicle: Vehicle, table: RunTable, others: Sequence[RunChannel] = ()
+) -> Iterator[Problem]:
     """Say where attitude, rates, specific force, velocity, depth and position contradict another.
 
-    Raises `CannotComputeError` where the times of the run make no table.
+    `others` are velocities beside that of the run. Raises `CannotComputeError` where the times of
+    the run make no table.
     """
     yield from depth_too_fast(run, table)
     yield from depth_against_felt(run, table, vehicle)
     yield from gravity_against_attitude(run, table)
     yield from _turning_against_rates(run, table)
-    yield from velocity_against_motion(run, vehicle)
+    yield from velocity_against_motion(run, vehicle, others)
     yield from lags(run, table, vehicle)
 
 

@@ -20,6 +20,7 @@ from pipeline.ingest.pool_run_plan import (
     NotThereError,
     Plan,
     TopicFound,
+    in_number_order,
     is_through_water,
     plan_channel,
     thrusters_named,
@@ -221,7 +222,10 @@ def _one_topic_each(
         if len(rule.numbers(topic)) == 1:
             singles.setdefault(topic.name, (topic, rule))
     by_name = {one: topic for topic, one in thrusters_named(list(singles), thrusters).items()}
-    by_thruster = by_name or _by_number(list(singles), thrusters)
+    names = list(singles)
+    alike = (one for one in in_number_order(names) if len(one) == len(thrusters))
+    in_order = [names[at] for at in next(alike, ())]
+    by_thruster = by_name or dict(zip(thrusters, in_order, strict=False))
     plans = []
     for thruster, name in by_thruster.items():
         topic, rule = singles[name]
@@ -236,23 +240,9 @@ def _one_topic_each(
         pairs = ", ".join(f"{plan.thrusters[0]} {plan.topic}" for plan in plans)
         notes.append(f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}.")
     else:
-        names = ", ".join(list(dict.fromkeys(topic.name for _, topic, _ in found))[:6])
+        fitting = ", ".join(list(dict.fromkeys(topic.name for _, topic, _ in found))[:6])
         notes.append(
-            f"{names} may carry {quantity}, but the elements do not fit the {len(thrusters)} "
+            f"{fitting} may carry {quantity}, but the elements do not fit the {len(thrusters)} "
             "thrusters of the vehicle file; state it under pool: channels."
         )
     return plans
-
-
-def _by_number(topics: Sequence[str], thrusters: Sequence[str]) -> dict[str, str]:
-    groups: dict[str, list[tuple[int, str]]] = {}
-    for name in topics:
-        match = re.search(r"([0-9]+)(?!.*[0-9])", name)
-        if match is not None:
-            key = name[: match.start()] + "#" + name[match.end() :]
-            groups.setdefault(key, []).append((int(match[1]), name))
-    for members in groups.values():
-        if thrusters and len(members) == len(thrusters):
-            ordered = [name for _, name in sorted(members)]
-            return dict(zip(thrusters, ordered, strict=True))
-    return {}

@@ -105,6 +105,24 @@ def meant_otherwise(
     return _by_push(run, table, readings, rows, vehicle)
 
 
+def over_the_earth(
+    readings: Sequence[Reading], other: FloatArray, rows: BoolArray, topic: str
+) -> str:
+    """Say how a velocity is over the earth that is said to be of the body.
+
+    Turned by the attitude it is the velocity (n, 3) of another topic.
+    """
+    if rows.sum() < _FEWEST_ROWS // 2:
+        return ""
+    turned = [one for one in readings[1:] if "velocity_earth" in one.how]
+    meanings = _meanings(
+        (readings[0], *turned),
+        lambda one: [(sums_of_parts(one, other, rows), np.eye(3))],
+        is_mounted=True,
+    )
+    return _told(meanings, f"the velocity of {topic}")
+
+
 def _of_another_unit(parts: Sequence[Sums]) -> str:
     """Say how many times what the IMU feels the level changes of a velocity are.
 
@@ -231,15 +249,20 @@ def _told(
 def _meanings(
     readings: Sequence[Reading],
     references: Callable[[FloatArray], Sequence[tuple[Sequence[Sums], FloatArray]]],
+    *,
+    is_mounted: bool = False,
 ) -> list[Meaning]:
-    """Score all readings that need no other order of thrusters; the first is as it was read."""
+    """Score all readings that need no other order of thrusters; the first is as it was read.
+
+    Those of a sensor that stands turned are left out where it `is_mounted` as stated.
+    """
     found = []
     for reading in readings:
         how = f"stated as {reading.how}"
         matrices = _ABOUT_DOWN if reading.any_heading else _AS_IT_IS
         each = left_of(references(reading.velocity), matrices)
         found.append(Meaning(each[:, each[0].argmin()], how, how, fitted=reading.any_heading))
-    if len(readings) > 1:
+    if len(readings) > 1 and not is_mounted:
         turned = left_of(references(readings[0].velocity), _TURNED).T
         for (kind, how), left in zip(_TURNED_HOW, turned, strict=True):
             found.append(Meaning(left, how, kind))

@@ -95,13 +95,14 @@ def _by_name(
         most = len(numbers) + len(thrusters)
         more = [(*numbers[0][:-1], number) for number in range(len(numbers), most)]
         return ("name",), (), [*numbers, *more]
-    order = _by_number(texts)
-    if order is not None and len(texts) == len(thrusters):
-        named = ", ".join(str(texts[index]) for index in order)
+    names = list(map(str, texts))
+    order = next((one for one in in_number_order(names) if len(one) == len(names)), None)
+    if order is not None and len(names) == len(thrusters):
+        named = ", ".join(names[index] for index in order)
         notes.append(f"elements by the numbers in their names: {named}")
         return None, tuple(thrusters), [numbers[index] for index in order]
     doubts.append(
-        f"its elements are named {', '.join(map(str, texts[:12]))}, not as the thrusters of the "
+        f"its elements are named {', '.join(names[:12])}, not as the thrusters of the "
         "vehicle; they are taken in the order of the vehicle file"
     )
     return None
@@ -133,14 +134,17 @@ def thrusters_named(texts: Sequence[str], thrusters: Sequence[str]) -> dict[str,
     }
 
 
-def _by_number(texts: Sequence[Any]) -> list[int] | None:
-    """Return the order of elements whose names differ by a number alone, None for others."""
-    parts = [re.fullmatch(r"(\D*)(\d+)(\D*)", str(text)) for text in texts]
-    numbers = [(one[1], one[3], int(one[2])) for one in parts if one is not None]
-    alike = {(before, after) for before, after, _ in numbers}
-    if len(numbers) != len(texts) or len(alike) != 1 or len(set(numbers)) != len(texts):
-        return None
-    return sorted(range(len(texts)), key=lambda index: numbers[index][2])
+def in_number_order(names: Sequence[str]) -> list[list[int]]:
+    """Return the positions of names that differ by their last number alone, in its order.
+
+    >>> in_number_order(["/esc_2/cmd", "/arm", "/esc_1/cmd"])
+    [[2, 0]]
+    """
+    groups: dict[tuple[str, str], dict[int, int]] = {}
+    for at, name in enumerate(names):
+        if match := re.fullmatch(r"(.*?)(\d+)(\D*)", name):
+            groups.setdefault((match[1], match[3]), {})[int(match[2])] = at
+    return [[group[number] for number in sorted(group)] for group in groups.values()]
 
 
 @dataclass(frozen=True)

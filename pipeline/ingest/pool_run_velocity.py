@@ -7,7 +7,13 @@ import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.pool_run_convert import BODY, EARTH
-from pipeline.ingest.pool_run_meant import MOST_OF_UNIT, Reading, meant_otherwise, rate_of
+from pipeline.ingest.pool_run_meant import (
+    MOST_OF_UNIT,
+    Reading,
+    meant_otherwise,
+    over_the_earth,
+    rate_of,
+)
 from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
 from pipeline.ingest.pool_run_score import Sums, mean_over
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -29,10 +35,8 @@ _LEAST_OF_UNIT = 0.4
 _LEAST_RATIO = 0.5
 #: Correlation of a way with the next one, at least: -0.5 if places are noise, near 1 in motion.
 _LASTING = 0.5
-#: Of its size, the share of a velocity across the vehicle that no thruster makes.
-_MOST_ACROSS, _ACROSS_THRUST = 0.5, 0.2
-#: And of that which does not change sign. Less way is noise [m/s]; nearly all of a run.
-_MOST_STEADY, _UNDER_WAY_MPS, _MOST_OF_TIME = 0.2, 0.1, 0.95
+#: Less way is noise [m/s]; nearly all of a run.
+_UNDER_WAY_MPS, _MOST_OF_TIME = 0.1, 0.95
 #: What velocities are compared with -> which of its components are.
 _COMPARED = (
     ("depth", "the rate of depth", slice(2, 3)),
@@ -40,10 +44,13 @@ _COMPARED = (
 )
 
 
-def velocity_against_motion(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
+def velocity_against_motion(
+    run: PoolRun, vehicle: Vehicle, others: Sequence[RunChannel] = ()
+) -> list[Problem]:
     """Compare a velocity with the way that depth and position have gone, and with the thrusters.
 
-    A warning for each contradiction, with its figures and what would agree.
+    And with `others`, velocities that might be taken in its place. A warning for each
+    contradiction, with its figures and what would agree.
     """
     names = [name for name in ("velocity", "velocity_earth") if name in run.channels]
     if not names or (names == ["velocity_earth"] and "attitude" not in run.channels):
@@ -70,11 +77,15 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
             is_down = f"the downward velocity ({channel.topic}) {said}"
             is_level = f"the horizontal velocity ({channel.topic}) {said}"
             found.append(is_down if what == "depth" else is_level)
+    for one in others if "attitude" in beside and channel.quantity == "velocity" else ():
+        theirs = on_rows(replace(run, channels={"velocity": one}), _TABLE_HZ, "velocity")
+        rows = there & theirs.valid["velocity"]
+        if said := over_the_earth(readings, theirs.values["velocity"], rows, one.topic):
+            found.append(f"the velocity ({channel.topic}) {said}")
     if not any("{" in said for said in found):  # none says what would agree
         said = meant_otherwise(run, table, readings, there, vehicle)
         if not (said or found):
-            said = _across(table.values["velocity"][there], vehicle)
-            said = said or _against_push(run, table.values["velocity"], there, vehicle)
+            said = _against_push(run, table.values["velocity"], there, vehicle)
         found = [f"the velocity ({channel.topic}) {said}"] if said else found
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
     return [run.place.warning(what, remedy=remedy) for what in found]
@@ -169,27 +180,6 @@ def _against(
     return said + (f" With {' or '.join(better)} it would agree." if better else "")
 
 
-def _across(velocity: FloatArray, vehicle: Vehicle) -> str:
-    """Say where a vehicle goes sideways that no thruster pushes sideways."""
-    pushes = [abs(one.direction[1]) for one in vehicle.thrusters]
-    if not pushes or max(pushes) > _ACROSS_THRUST or len(velocity) < _LEAST_ROWS:
-        return ""
-    size = max(float(np.sqrt((velocity[:, :2] ** 2).sum(axis=1).mean())), _LEAST_MPS)
-    share = float(np.sqrt((velocity[:, 1] ** 2).mean())) / size
-    steady = [float(part.mean()) / size for part in np.array_split(velocity[:, 1], 3)]
-    if share < _MOST_ACROSS and not (
-        size > _UNDER_WAY_MPS
-        and abs(sum(np.sign(steady))) == 3
-        and min(map(abs, steady)) > _MOST_STEADY
-    ):
-        return ""
-    return (
-        f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes sideways: the "
-        "sensor is mounted turned (sensors: dvl: rotation_deg), its axes are others, or a current "
-        "drives the vehicle."
-    )
-
-
 def _against_push(run: PoolRun, velocity: FloatArray, rows: BoolArray, vehicle: Vehicle) -> str:
     """Say where a vehicle goes one way throughout, and its thrusters push the other."""
     if not thrusters_of(run, "command"):
@@ -210,44 +200,3 @@ def _against_push(run: PoolRun, velocity: FloatArray, rows: BoolArray, vehicle: 
         "its axes, or the signs of the commands or of the directions in the vehicle file, are "
         "others, or a current drives the vehicle."
     )
-
-
-def disagreeing_frames(run: PoolRun, bodies: Sequence[RunChannel]) -> dict[str, str]:
-    """Find velocities that are over the earth although they are said to be of the body.
-
-    `bodies` are several velocities of the `run`, which has an attitude. Returns the figures by
-    topic: turned by the attitude it is the velocity of another topic.
-    """
-    tables: dict[str, RunTable] = {}
-    for one in bodies:
-        both = {"velocity": one, "attitude": run.channels["attitude"]}
-        tables[one.topic] = on_rows(replace(run, channels=both), _TABLE_HZ, *both)
-    found: dict[str, str] = {}
-    for one in bodies:
-        topic, table = one.topic, tables[one.topic]
-        rows = table.valid["velocity"] & table.valid["attitude"]
-        body = table.values["velocity"]
-        # as it stood in the messages, in the usual axes of the earth
-        ned = body @ BODY["flu"] @ EARTH["enu"].T if one.read.axes == "flu" else body
-        turned = into_body(ned, table.values["attitude"])
-        for other, theirs in tables.items():
-            both_rows = rows & theirs.valid["velocity"]
-            if other == topic or both_rows.sum() < _LEAST_ROWS or other in found:
-                continue
-            as_read, as_turned = (
-                _difference(ours[both_rows], theirs.values["velocity"][both_rows])
-                for ours in (body, turned)
-            )
-            if as_read > 0.4 and as_turned < 0.2:
-                found[topic] = (
-                    f"{topic} is over the earth, whatever its frame says: turned by the attitude "
-                    f"it differs from {other} by {100 * as_turned:.0f} %, as it stands by "
-                    f"{100 * as_read:.0f} %"
-                )
-    return found
-
-
-def _difference(first: FloatArray, second: FloatArray) -> float:
-    """Size of the difference of two velocities against that of the second."""
-    size = float(np.linalg.norm(second))
-    return float(np.linalg.norm(first - second)) / size if size > 0 else float("inf")

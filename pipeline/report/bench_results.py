@@ -65,9 +65,9 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         told = "What was measured gives no tables yet." if begun else "Nothing was measured yet."
         parts.append(told)
         # the reason of the whole ends with that of the tables
-        made = results.inverse
-        said = results.missing.get("inverse", "") if made is None else " ".join(made.explanations)
-        lacking = said.rpartition("No firmware tables: ")[2]
+        made, mark = results.inverse, "No firmware tables: "
+        why = [results.missing.get("inverse", "")] if made is None else made.explanations
+        lacking = next((one.rpartition(mark)[2] for one in why if made is None or mark in one), "")
         doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
     first = own.do if own is not None and own.light != "green" else ()
     short = own.short if own is not None else bench or nothing

@@ -89,7 +89,9 @@ def test_chunks_that_hold_nothing_wanted_are_not_unpacked(
     late = array_topic("/late", ticks(200, 100.0) + 10**12, [[2.0]] * 200)
     log = opened(write_log(tmp_path / "run.mcap", [early, late], chunk_size=1000))
     unpacked = []
-    monkeypatch.setattr("pipeline.ingest.mcap_file.unpack", lambda head, _: unpacked.append(head))
+    monkeypatch.setattr(
+        "pipeline.ingest.mcap_file.unpack", lambda head, *_, **__: unpacked.append(head)
+    )
     monkeypatch.setattr(McapFile, "_found_in", lambda *_: walk(b""))
     messages_of(log, {"/late"})
     assert unpacked

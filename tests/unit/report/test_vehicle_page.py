@@ -391,8 +391,12 @@ def test_a_characteristic_of_one_direction_says_what_its_tables_lack(
     results: VehicleResults,
 ) -> None:
     assert results.inverse is not None
-    notes = ("Table 3 is there.", "No firmware tables: negative codes: none was measured.")
-    ahead_alone = results.inverse.model_copy(update={"firmware": None, "notes": notes})
+    why = (
+        "Table 3 is there.",
+        "No firmware tables: negative codes: none was measured.",
+        "At 16 V.",
+    )
+    ahead_alone = results.inverse.model_copy(update={"firmware": None, "explanations": why})
     glance = vehicle_glance(
         VehicleResults(
             vehicle=results.vehicle,
