@@ -165,8 +165,10 @@ def test_what_a_dvl_of_waterlinked_calls_invalid(tmp_path: Path) -> None:
 
 
 def test_messages_of_sbg(tmp_path: Path) -> None:
-    parts = ["std_msgs/Header", "geometry_msgs/Vector3"]
-    below = "".join(f"\n{'=' * 80}\nMSG: {one}\n{schema_text(one)}" for one in parts)
+    parts = ["std_msgs/msg/Header", "geometry_msgs/msg/Vector3"]
+    below = "".join(
+        f"\n{'=' * 80}\nMSG: {one.replace('/msg', '')}\n{schema_text(one)}" for one in parts
+    )
     heads = [{"stamp": stamp(time), "frame_id": "imu_link_ned"} for time in TIMES]
     force = [0.0, 0.0, -9.81] + 0.01 * EULER
     imu = [
