@@ -4,6 +4,8 @@ Names stay as they are: files, versions, and whatever stands between quotation m
 """
 
 import re
+import tomllib
+from pathlib import Path
 
 from pipeline.language.as_it_is import MARKED
 
@@ -20,76 +22,9 @@ _ONE = r"[−+-]?\d+(?:,\d+)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?: %)?"
 _LISTED = re.compile(rf"(?<![\w,]){_ONE}(?:, {_ONE})+(?![\w,])")
 
 #: Unit as the program writes it -> as GOST 8.417 has it.
-UNITS = {
-    "N": "Н",
-    "mN": "мН",
-    "kN": "кН",
-    "N m": "Н·м",
-    "N·m": "Н·м",
-    "mN m": "мН·м",
-    "N/A": "Н/А",
-    "N/m": "Н/м",
-    "N s/m": "Н·с/м",
-    "N s^2/m^2": "Н·с²/м²",
-    "N s²/m²": "Н·с²/м²",
-    "N m s": "Н·м·с",
-    "N m s^2": "Н·м·с²",
-    "N m s²": "Н·м·с²",
-    "N m s/rad": "Н·м·с/рад",
-    "N m/rad": "Н·м/рад",
-    "m": "м",
-    "mm": "мм",
-    "cm": "см",
-    "km": "км",
-    "m/s": "м/с",
-    "mm/s": "мм/с",
-    "cm/s": "см/с",
-    "m/s²": "м/с²",
-    "m/s^2": "м/с²",
-    "s": "с",
-    "ms": "мс",
-    "us": "мкс",
-    "µs": "мкс",
-    "ns": "нс",
-    "min": "мин",
-    "h": "ч",
-    "kg": "кг",
-    "g": "г",
-    "kg/m": "кг/м",
-    "kg/m^3": "кг/м³",
-    "kg/m³": "кг/м³",
-    "kg m": "кг·м",
-    "kg m^2": "кг·м²",
-    "kg m²": "кг·м²",
-    "kg·m²": "кг·м²",
-    "m^2": "м²",
-    "m²": "м²",
-    "m^3": "м³",
-    "m³": "м³",
-    "rpm": "об/мин",
-    "rps": "об/с",
-    "rev/s": "об/с",
-    "V": "В",
-    "A": "А",
-    "W": "Вт",
-    "kW": "кВт",
-    "Ohm": "Ом",
-    "Hz": "Гц",
-    "kHz": "кГц",
-    "deg": "°",
-    "deg/s": "°/с",
-    "rad": "рад",
-    "rad/s": "рад/с",
-    "Pa": "Па",
-    "kPa": "кПа",
-    "MB": "МБ",
-    "kB": "кБ",
-    "GB": "ГБ",
-    "bytes": "байт",
-    "sigma": "σ",
-    "code": "ед. кода",
-    "codes": "ед. кода",
-}
+UNITS: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("units_ru.toml").read_text(encoding="utf-8")
+)
 _ANY_UNIT = "|".join(re.escape(unit) for unit in sorted(UNITS, key=len, reverse=True))
 _AFTER_NUMBER = re.compile(
     rf"(?<![\w.])(\d(?:[\d.,]*\d)?(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?)([ \u00a0])({_ANY_UNIT})"
