@@ -78,7 +78,10 @@ def read_columns(
             _check_factor(column, words, stated)
             written = _units_written(sheet, words, match, rows, stated)
             read = _with_signs(sheet, _with_unit(column, words, match, written), rows, problems)
-            _check_contradiction(read, words, [*written, *_units_in_titles(sheet, words, rows)])
+            named = unit_told_by_name(match.header, words)
+            by_name = [_Written(named, "assumed", None, "its name")] if named else []
+            elsewhere = _units_in_titles(sheet, words, rows)
+            _check_contradiction(read, words, [*written, *by_name, *elsewhere])
             scale = 1.0 if stated is None else stated.scale / (stated.pole_pairs or 1)
             columns[quantity] = replace(read, factor=read.factor * scale)
         except (_RefusedError, UnitTextError) as error:

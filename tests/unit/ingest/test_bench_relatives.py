@@ -395,3 +395,22 @@ def test_thrust_that_ends_where_that_of_no_screw_does(
     columns = (ADVANCE * 10.0 * 0.14 * of_speed, np.full(8, 10.0), K_T * rest * of_thrust)
     record = read(tmp_path, "open_water", rows_of("V (m/s);n (rps);T (N)", *columns))
     assert ("as of no screw" in said(record, "warning")) is told
+
+
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("Code;omega;Torque (N m)", ""),
+        ("Code;ω [rad/s];Torque (N m)", ""),
+        ("Code;ω [1/s];Torque (N m)", "it states 1/s, its name rad/s"),
+        ("Code;ω [rad/s];Torque (N m);i = 3", '"i = 3" speaks of a lever, a gear'),
+    ],
+)
+def test_an_angular_speed_is_in_radians(head: str, told: str, tmp_path: Path) -> None:
+    columns = (CODES, SPEED * np.pi / 30.0, TORQUE, CODES)[: head.count(";") + 1]
+    record = read(tmp_path, "load_test", rows_of(head, *columns))
+    assert told in said(record, "error")
+    if not told:
+        speeds = [one.shaft_speed_rpm for one in record.points]
+        np.testing.assert_allclose(speeds, SPEED, rtol=1e-9)
+    assert bool(told) != bool(record.points)
