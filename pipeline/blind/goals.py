@@ -1,9 +1,10 @@
 """Where a campaign stands against its goals, one row a goal, and every case that it missed."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from itertools import chain
 
 from pipeline.blind.rates import Goal, Rate, at_least, at_most, between, rate
-from pipeline.blind.verdict_score import CaseScore
+from pipeline.blind.verdict_score import CaseScore, asked
 from pipeline.records.base import Record
 
 #: From this gap on, over the healthy floor, an effect is to be seen without fail.
@@ -33,58 +34,40 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
     small = [one for one in single if one.gap_ratio < CLEAR_GAP]
     clear = [one for one in single if one.gap_ratio >= CLEAR_GAP]
     told = [(word, [one for one in scores if one.healthy == yes]) for yes, word in _TOLD]
-    return (
+    outside = [(word, [one for one in part if one.kind == "outside"]) for word, part in told]
+    left_out = [one for one in scores if one.kind == "leave_one_out"]
+    sure = ("surely wrong", "confidently_wrong")
+    groups: tuple[list[Rate], ...] = (
         *(
-            rate(
-                "healthy vehicle called ill",
-                word,
-                (one.false_alarm for one in part),
-                FALSE_ALARMS[word],
-            )
+            asked(part, word, ("healthy vehicle called ill", "false_alarm", FALSE_ALARMS[word]))
             for word, part in told
         ),
-        *_of_singles(small, "single, gap 1-3", SMALL_GAP),
-        *_of_singles(clear, "single, gap from 3", at_least(0.95)),
-        rate("surely wrong", "single", (one.confidently_wrong for one in single)),
-        *(rate("both named", f"pair, {word}", _exact(part), at_least(0.80)) for word, part in told),
-        rate("at least one named", "pair", (one.pair_any for one in scores), at_least(0.97)),
+        _of_singles(small, "single, gap 1-3", SMALL_GAP),
+        _of_singles(clear, "single, gap from 3", at_least(0.95)),
+        asked(single, "single", sure),
         *(
-            rate(
-                "called unknown",
-                f"outside the library, {word}",
-                (one.unknown_right for one in part if one.kind == "outside"),
-                at_least(0.90),
-            )
+            asked(part, f"pair, {word}", ("both named", "pair_exact", at_least(0.80)))
             for word, part in told
         ),
-        rate(
-            "known, called unknown",
-            "single or pair",
-            (one.called_unknown for one in scores),
-            at_most(0.03),
-        ),
-        rate(
-            "surely wrong",
-            "left out of the library",
-            (one.confidently_wrong for one in scores if one.kind == "leave_one_out"),
-        ),
+        asked(scores, "pair", ("at least one named", "pair_any", at_least(0.97))),
         *(
-            rate(
-                "right channel",
-                f"single, {where}",
-                (one.channel_right for one in part),
-                at_least(0.98),
-            )
+            asked(part, f"outside the library, {word}", (*_CALLED_UNKNOWN, at_least(0.90)))
+            for word, part in outside
+        ),
+        asked(scores, "single or pair", ("known, called unknown", "called_unknown", at_most(0.03))),
+        asked(left_out, "left out of the library", sure),
+        *(
+            asked(part, f"single, {where}", ("right channel", "channel_right", at_least(0.98)))
             for where, part in (("gap 1-3", small), ("gap from 3", clear))
         ),
-        rate("right regime", "single", (one.regime_right for one in single), at_least(0.90)),
-        rate(
-            "95 % interval holds the truth",
-            "all",
-            (width.inside for one in scores for width in one.intervals),
-            between(0.93, 0.97),
-        ),
+        asked(single, "single", ("right regime", "regime_right", at_least(0.90))),
     )
+    covered = [width.inside for one in scores for width in one.intervals]
+    interval = rate("95 % interval holds the truth", "all", covered, between(0.93, 0.97))
+    return (*chain.from_iterable(groups), interval)
+
+
+_CALLED_UNKNOWN = ("called unknown", "unknown_right")
 
 
 def missed(scores: Sequence[CaseScore]) -> tuple[Miss, ...]:
@@ -118,15 +101,11 @@ def _of_singles(part: Sequence[CaseScore], where: str, goal: Goal) -> list[Rate]
     """Single effects of one range of gaps."""
     apart = [one for one in part if one.separable]
     return [
-        rate("first", f"{where}, can be told apart", (one.first_right for one in apart), goal),
-        rate(
-            "first, or abstains",
+        *asked(
+            apart,
             f"{where}, can be told apart",
-            (one.first_right or one.abstained for one in apart),
+            ("first", "first_right", goal),
+            ("first, or abstains", "right_or_abstains"),
         ),
-        rate("in the answer set", where, (one.in_set for one in part), at_least(0.99)),
+        *asked(part, where, ("in the answer set", "in_set", at_least(0.99))),
     ]
-
-
-def _exact(part: Iterable[CaseScore]) -> Iterable[bool | None]:
-    return (one.pair_exact for one in part)

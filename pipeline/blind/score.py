@@ -1,12 +1,12 @@
 """All verdicts of a campaign: rates by severity band, never one pooled figure."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pipeline.blind.goals import FALSE_ALARMS, SMALL_GAP, Miss, against_goals, missed
 from pipeline.blind.rates import QuantileFigure, Rate, at_least, at_most, between, figure, rate
-from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
+from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, asked
 from pipeline.records.base import Record
 
 #: Names and limits of the severity bands, in gap over healthy floor.
@@ -53,19 +53,17 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
         rates += _of_band(name, inside, strict=low >= 3.0)
     shown = [one for one in single if HARDLY_A_GAP <= one.gap_ratio < BANDS[0][2]]
     where = f"gap {HARDLY_A_GAP:g}-3"
-    rates.append(rate("truth in the answer set", where, (one.in_set for one in shown)))
+    rates += asked(shown, where, ("truth in the answer set", "in_set"))
     for name, low, high in PAIR_BANDS:
         rates += _of_pairs(name, [_ for _ in scores if low <= (_.smaller_gap or 0.0) < high])
     for told, word in ((True, "with healthy runs"), (False, "without healthy runs")):
         rates += _of_healthy([one for one in scores if one.healthy == told], word)
     for missing in sorted({",".join(one.missing) for one in single if one.missing}):
         part = [one for one in single if ",".join(one.missing) == missing and one.gap_ratio >= 3]
-        rates.append(
-            rate("right effect first", f"gap >= 3, no {missing}", (o.first_right for o in part))
-        )
+        rates += asked(part, f"gap >= 3, no {missing}", ("right effect first", "first_right"))
     for vehicle in sorted({one.vehicle for one in scores}):
         part = [one for one in single if one.vehicle == vehicle and one.gap_ratio >= 3]
-        rates.append(rate("right effect first", f"gap >= 3, {vehicle}", _first(part)))
+        rates += asked(part, f"gap >= 3, {vehicle}", ("right effect first", "first_right"))
     widths = [
         width.half_width_share for one in scores for width in one.intervals if one.gap_ratio >= 3
     ]
@@ -119,10 +117,6 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
     )
 
 
-def _first(part: Sequence[CaseScore]) -> Iterable[bool | None]:
-    return (one.first_right for one in part)
-
-
 def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Rate]:
     """Single effects of one severity band."""
     where = f"gap {name}"
@@ -130,66 +124,68 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
     alike = [one for one in inside if one.separable is False]
     goal = at_least(0.95) if strict else SMALL_GAP
     return [
-        rate("right effect first", f"{where}, separable", _first(apart), goal),
-        rate(
-            "right, or abstains",
+        *asked(
+            apart,
             f"{where}, separable",
-            (one.first_right or one.abstained for one in apart),
+            ("right effect first", "first_right", goal),
+            ("right, or abstains", "right_or_abstains"),
         ),
-        rate(
-            "right group",
-            f"{where}, not separable",
-            (one.group_right for one in alike),
-            at_least(0.95),
+        *asked(alike, f"{where}, not separable", ("right group", "group_right", at_least(0.95))),
+        *asked(inside, f"{where}, all", ("right effect first", "first_right")),
+        *asked(
+            inside,
+            where,
+            ("truth in the answer set", "in_set", at_least(0.99)),
+            ("confidently wrong", "confidently_wrong"),
+            ("right thruster or axis", "detail_right"),
+            ("right channel", "channel_right", at_least(0.98)),
+            ("right regime", "regime_right", at_least(0.9)),
         ),
-        rate("right effect first", f"{where}, all", _first(inside)),
-        rate("truth in the answer set", where, (one.in_set for one in inside), at_least(0.99)),
-        rate("confidently wrong", where, (one.confidently_wrong for one in inside)),
-        rate("right thruster or axis", where, (one.detail_right for one in inside)),
-        rate("right channel", where, (one.channel_right for one in inside), at_least(0.98)),
-        rate("right regime", where, (one.regime_right for one in inside), at_least(0.9)),
     ]
 
 
 def _of_pairs(name: str, inside: Sequence[CaseScore]) -> list[Rate]:
     """Pairs of which the effect that shows less has a gap of one band."""
-    where = f"gap of the smaller one {name}"
-    return [
-        rate("exact pair", where, (one.pair_exact for one in inside)),
-        rate("truth in the answer set", where, (one.in_set for one in inside)),
-        rate("at least one of the pair", where, (one.pair_any for one in inside)),
-        rate("confidently wrong", where, (one.confidently_wrong for one in inside)),
-    ]
+    return asked(
+        inside,
+        f"gap of the smaller one {name}",
+        ("exact pair", "pair_exact"),
+        ("truth in the answer set", "in_set"),
+        ("at least one of the pair", "pair_any"),
+        ("confidently wrong", "confidently_wrong"),
+    )
 
 
 def _of_healthy(part: Sequence[CaseScore], word: str) -> list[Rate]:
     """Strata that are scored with and without healthy runs apart."""
-    known = [one for one in part if one.kind in ("single", "pair")]
-    pairs = [one for one in part if one.kind == "pair"]
-    clear = [one for one in part if one.kind == "single" and one.gap_ratio >= 3]
-    left_out = [one for one in part if one.kind == "leave_one_out"]
-    outside = [one for one in part if one.kind == "outside"]
+    kinds = {kind: [one for one in part if one.kind == kind] for kind in _KINDS}
+    clear = [one for one in kinds["single"] if one.gap_ratio >= 3]
+    unknown = ("unknown caught", "unknown_right")
     return [
-        rate("false alarm on none", word, (one.false_alarm for one in part), FALSE_ALARMS[word]),
-        rate("right effect first", f"gap >= 3, {word}", _first(clear)),
-        rate("exact pair", word, (one.pair_exact for one in pairs), at_least(0.80)),
-        rate("at least one of the pair", word, (one.pair_any for one in pairs), at_least(0.97)),
-        rate(
-            "unknown caught",
-            f"outside the library, {word}",
-            (one.unknown_right for one in outside),
-            at_least(0.90),
+        *asked(part, word, ("false alarm on none", "false_alarm", FALSE_ALARMS[word])),
+        *asked(clear, f"gap >= 3, {word}", ("right effect first", "first_right")),
+        *asked(
+            kinds["pair"],
+            word,
+            ("exact pair", "pair_exact", at_least(0.80)),
+            ("at least one of the pair", "pair_any", at_least(0.97)),
         ),
-        rate(
-            "known cases called unknown", word, (one.called_unknown for one in known), at_most(0.03)
+        *asked(kinds["outside"], f"outside the library, {word}", (*unknown, at_least(0.90))),
+        *asked(
+            (*kinds["single"], *kinds["pair"]),
+            word,
+            ("known cases called unknown", "called_unknown", at_most(0.03)),
         ),
-        rate("unknown caught", f"effect left out, {word}", (o.unknown_right for o in left_out)),
-        rate(
-            "confidently wrong",
+        *asked(
+            kinds["leave_one_out"],
             f"effect left out, {word}",
-            (one.confidently_wrong for one in left_out),
+            unknown,
+            ("confidently wrong", "confidently_wrong"),
         ),
     ]
+
+
+_KINDS = ("single", "pair", "outside", "leave_one_out")
 
 
 def one_word(effects: tuple[str, ...]) -> str:

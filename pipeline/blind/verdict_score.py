@@ -5,10 +5,11 @@ The verdict is read from ``diagnosis.json`` as plain JSON, as an outsider would.
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pipeline.blind.label import CaseLabel
+from pipeline.blind.rates import Goal, Rate, rate
 from pipeline.records.base import Record
 from pipeline.records.diagnosis import VELOCITIES
 
@@ -79,6 +80,22 @@ class CaseScore(Record):
     log_evidence: float | None = None
     """Of the first answer, and of the held-out windows for it."""
     held_out_log_evidence: float | None = None
+
+    @property
+    def right_or_abstains(self) -> bool | None:
+        """Whether the right effect comes first, or nothing is claimed."""
+        return self.first_right or self.abstained
+
+
+def asked(
+    part: Iterable[CaseScore], where: str, *rows: tuple[str, str] | tuple[str, str, Goal]
+) -> list[Rate]:
+    """Ask a part of the cases: each row a question, the answer's name in a score, and its goal."""
+    cases = list(part)
+    return [
+        rate(question, where, (getattr(one, answer) for one in cases), *goal)
+        for question, answer, *goal in rows
+    ]
 
 
 def score_case(
