@@ -8,14 +8,14 @@ import re
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import pairwise
 from types import MappingProxyType
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.cells import Limits, column_index, column_letter
+from pipeline.ingest.cells import Limits, column_index
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import read_unit_cell
 
@@ -37,9 +37,6 @@ _LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[[^\]]*\]|([_*].)')
 _ERROR_CELL = re.compile(rb"\st\s*=\s*[\"']e[\"']")
 _ERROR_TEXT = re.compile(rb">\s*(#[A-Za-z0-9/!?]{1,20})\s*<")
 _SAVE_AGAIN = "Open it in a spreadsheet program, save it as .xlsx and copy it here again."
-_NO_VALUE = "hold no stored value"
-_NO_NUMBER = "holds no number"
-_MOST_NAMED = 8
 
 
 @dataclass
@@ -253,45 +250,6 @@ def longest_shared_text(xml: bytes) -> int:
     """Return the size of the longest entry of ``xl/sharedStrings.xml`` [bytes]."""
     entries = re.split(rb"</(?:\w+:)?si>", xml)
     return max((len(entry) for entry in entries), default=0)
-
-
-def formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:
-    """Warn of a sheet's formula cells without a value; they count as empty."""
-    cells = scan.formulas_without_value
-    if not cells:
-        return ()
-    names = [f"{column_letter(column)}{row}" for row, column in cells]
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    problem = Place(where.file, where.sheet, cells[0][0]).warning(
-        f"{len(cells)} formula cell(s) {_NO_VALUE}: {', '.join(names[:_MOST_NAMED])}{more}. They "
-        "count as empty.",
-        "formulas with their results, as a spreadsheet program saves them.",
-        "Open the workbook in a spreadsheet program, let it calculate, and save it.",
-    )
-    return (problem,)
-
-
-def with_one_cause(problems: Sequence[Problem]) -> list[Problem]:
-    """Say once that a table was left out where formulas are why its column is empty.
-
-    Of the problems of one file the error about the column goes, the warning about its formulas
-    becomes the error.
-    """
-    kept = list(problems)
-    for error in problems:
-        column = error.place.column
-        if error.severity != "error" or column is None or _NO_NUMBER not in error.what:
-            continue
-        for index, warning in enumerate(kept):
-            if (warning.place.file, warning.place.sheet) == (
-                error.place.file,
-                error.place.sheet,
-            ) and re.search(rf"{_NO_VALUE}:.*\b{column}[0-9]+\b", warning.what):
-                what = f"{warning.what} So the table was left out."
-                kept[index] = replace(warning, severity="error", what=what)
-                kept.remove(error)
-                break
-    return kept
 
 
 def hidden_problems(scan: SheetScan | None, where: Place, *, is_hidden: bool) -> Iterator[Problem]:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem, reason
-from pipeline.ingest.archive import with_one_cause
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
@@ -114,7 +113,6 @@ def read_bench_file(
             problems.append(sheet.place().note(what))
     else:
         problems.append(_nothing(file.place, wanted, looked_for, missed))
-    problems[:] = with_one_cause(problems)
 
 
 def _is_blank_form(sheets: Iterable[Sheet]) -> bool:

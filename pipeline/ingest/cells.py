@@ -61,7 +61,7 @@ class Sheet:
 
     `name` is None for a text file. Cells covered by a merged range hold the value of its top left
     cell; `filled` lists them as (row number, column index). `problems` says what was wrong with the
-    sheet by itself, e.g. formula cells without values. `units` are those that the number formats of
+    sheet by itself. `units` are those that the number formats of
     cells show, by row number and column index.
     """
 
@@ -72,6 +72,8 @@ class Sheet:
     problems: tuple[Problem, ...] = ()
     filled: frozenset[tuple[int, int]] = frozenset()
     units: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    formulas: frozenset[tuple[int, int]] = frozenset()
+    """Cells with a formula and no value, as (row number, column index)."""
 
     def numbered(self) -> Iterator[tuple[int, Row]]:
         """Yield (row number as a spreadsheet shows it, cells)."""

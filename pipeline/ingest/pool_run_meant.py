@@ -34,6 +34,8 @@ from pipeline.vehicle.schema import Vehicle
 _LAGS_S = (0.5, 1.5, 4.0, 10.0)
 #: Less way may be a drift or noise; fewer rows say nothing. [m/s, -]
 _UNDER_WAY_MPS, _FEWEST_ROWS = 0.05, 120
+#: Less way ahead or sideways is noise [m/s]; nearly all of a run.
+_LEVEL_WAY_MPS, _MOST_OF_TIME = 0.1, 0.95
 #: What is unexplained at least before another reading is looked for, one that has a free angle or
 #: order, and one that has none (a third of a turn of 90 degrees leaves 0.25); and what another
 #: leaves of that at most. Changes of a velocity, unlike itself, are explained to the last bit.
@@ -182,7 +184,21 @@ def _by_push(
         # steady thrust does not tell thrusters
         if (left(changed, other) <= _MOST_LEFT_OF_HALF * as_stated).all():
             found.append(Meaning(left(moved, other), how, how))
-    return _told(found, "the push of the thrusters")
+    said = _told(found, "the push of the thrusters")
+    return said or _against_push(readings[0].velocity, effort @ arms, rows)
+
+
+def _against_push(velocity: FloatArray, push: FloatArray, rows: BoolArray) -> str:
+    """Say where a vehicle goes one way throughout, and its thrusters push the other."""
+    rows = rows & push.any(axis=1) & (np.linalg.norm(velocity[:, :2], axis=1) > _LEVEL_WAY_MPS)
+    along = (velocity[:, :2] * push[:, :2]).sum(axis=1)[rows]
+    if along.size < _FEWEST_ROWS // 2 or (along < 0.0).mean() < _MOST_OF_TIME:
+        return ""
+    return (
+        f"is against the push of the thrusters in {100 * (along < 0.0).mean():.0f} % of the run: "
+        "its axes, or the signs of the commands or of the directions in the vehicle file, are "
+        "others, or a current drives the vehicle."
+    )
 
 
 def _in_a_current(

@@ -14,7 +14,7 @@ from pipeline.ingest.pool_run_meant import (
     over_the_earth,
     rate_of,
 )
-from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
+from pipeline.ingest.pool_run_resample import into_body, on_rows
 from pipeline.ingest.pool_run_score import Sums, mean_over
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable
@@ -35,8 +35,6 @@ _LEAST_OF_UNIT = 0.4
 _LEAST_RATIO = 0.5
 #: Correlation of a way with the next one, at least: -0.5 if places are noise, near 1 in motion.
 _LASTING = 0.5
-#: Less way is noise [m/s]; nearly all of a run.
-_UNDER_WAY_MPS, _MOST_OF_TIME = 0.1, 0.95
 #: What velocities are compared with -> which of its components are.
 _COMPARED = (
     ("depth", "the rate of depth", slice(2, 3)),
@@ -84,8 +82,6 @@ def velocity_against_motion(
             found.append(f"the velocity ({channel.topic}) {said}")
     if not any("{" in said for said in found):  # none says what would agree
         said = meant_otherwise(run, table, readings, there, vehicle)
-        if not (said or found):
-            said = _against_push(run, table.values["velocity"], there, vehicle)
         found = [f"the velocity ({channel.topic}) {said}"] if said else found
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
     return [run.place.warning(what, remedy=remedy) for what in found]
@@ -178,25 +174,3 @@ def _against(
         return f"has nothing to do with {what} (correlation {correlation:.2f})."
     said = f"runs against {what} (correlation {correlation:.2f})."
     return said + (f" With {' or '.join(better)} it would agree." if better else "")
-
-
-def _against_push(run: PoolRun, velocity: FloatArray, rows: BoolArray, vehicle: Vehicle) -> str:
-    """Say where a vehicle goes one way throughout, and its thrusters push the other."""
-    if not thrusters_of(run, "command"):
-        return ""
-    table = on_rows(run, _TABLE_HZ, "command")
-    direction = {one.name: one.direction for one in vehicle.thrusters}
-    arms = np.array([direction.get(name, (0.0, 0.0, 0.0))[:2] for name in table.thrusters])
-    code = np.nan_to_num(table.values["command"])
-    push = (code * np.abs(code)) @ arms
-    rows = (
-        rows & table.valid["command"] & (np.linalg.norm(velocity[:, :2], axis=1) > _UNDER_WAY_MPS)
-    )
-    along = (velocity[:, :2] * push).sum(axis=1)[rows]
-    if along.size < _LEAST_ROWS or (along < 0.0).mean() < _MOST_OF_TIME:
-        return ""
-    return (
-        f"is against the push of the thrusters in {100 * (along < 0.0).mean():.0f} % of the run: "
-        "its axes, or the signs of the commands or of the directions in the vehicle file, are "
-        "others, or a current drives the vehicle."
-    )

@@ -27,6 +27,7 @@ _WORDS = frozenset({"branch", "status"})
 _SUMS = frozenset(map(plain, words_of("groups", "statistics")))
 #: Rows that sum up a table stand under it; fewer rows need none; how far they are rounded.
 _MOST_SUMS, _LEAST_SUMMED, _ROUNDED = 4, 5, 2e-3
+_MOST_NAMED = 8
 _DAY_S = 86_400.0
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
 
@@ -218,7 +219,8 @@ def _faults(
             quantity in group and not seen.intersection(group) for group in wanted.required
         )
         left_out = "the table was left out" if needed else "the column was left out"
-        why = f" ({odd[quantity][0][1]})" if odd.get(quantity) else ""
+        of_cells = odd[quantity][0][1] if odd.get(quantity) else _formulas(block, quantity)
+        why = f" ({of_cells})" if of_cells else ""
         # a column that may be left away may be left blank, too
         optional: Literal["note", "warning"] = "note" if block.is_blank(quantity) else "warning"
         yield Problem(
@@ -245,11 +247,22 @@ def _faults(
     for quantity, blank in empty.items():
         if quantity not in seen:
             continue
+        of_cells = _formulas(block, quantity)
+        why = f" {of_cells}." if of_cells else ""
         yield block.place(blank[0], quantity).warning(
-            f"{_name(quantity)} is empty in {listed(blank)}; left out.",
+            f"{_name(quantity)} is empty in {listed(blank)}; left out.{why}",
             "a decimal number.",
             'Fill the cell, or mark the row with "#" in column A.',
         )
+
+
+def _formulas(block: Block, quantity: str) -> str:
+    """Say which cells of a column hold a formula that was never calculated, if any."""
+    column = block.columns[quantity]
+    rows = [row for row, _ in block.rows() if (row, column.index) in block.sheet.formulas]
+    more = f" and {len(rows) - _MOST_NAMED} more" if len(rows) > _MOST_NAMED else ""
+    named = ", ".join(f"{column.letter}{row}" for row in rows[:_MOST_NAMED])
+    return f"{len(rows)} formula cell(s) hold no stored value: {named}{more}" if rows else ""
 
 
 def _name(quantity: str) -> str:

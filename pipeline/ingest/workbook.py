@@ -10,7 +10,6 @@ from pipeline.errors import InputError, Place, reason
 from pipeline.ingest.archive import (
     Archive,
     SheetScan,
-    formula_problems,
     hidden_problems,
     longest_shared_text,
     scan_sheet,
@@ -286,10 +285,9 @@ def _read_sheet(
         if row <= len(rows) and column < len(rows[row - 1]):
             rows[row - 1][column] = text
     filled = _fill_merged(rows, sheet, merged, where)
-    problems = () if scan is None else formula_problems(scan, where)
-    units = {} if scan is None else scan.units
-    cells = tuple(tuple(row) for row in rows)
-    return Sheet(place.file, name, cells, 1, problems, frozenset(filled), units)
+    cells, known = tuple(tuple(row) for row in rows), scan or SheetScan()
+    formulas = frozenset(known.formulas_without_value)
+    return Sheet(place.file, name, cells, 1, (), frozenset(filled), known.units, formulas)
 
 
 def _cell(value: object) -> Cell:

@@ -144,8 +144,8 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
         ),
         ('unknown key "foo" in tables.', 'неизвестный ключ "foo" в разделе "tables".'),
         (
-            "a.xlsx: 25 formula cell(s) hold no stored value: B2. They count as empty.",
-            "a.xlsx: формул: 25 не имеют сохранённого значения: B2. Они считаются пустыми.",
+            "torque is empty in row 7; left out. 1 formula cell(s) hold no stored value: B7.",
+            "момент: пусто, строка 7; отброшено. формулы без сохранённого значения (1): B7.",
         ),
         (
             'row 28: a.blades is "three". Expected a whole number of at least 1 and at most 12.',
