@@ -94,9 +94,9 @@ class MessageLog:
         self._codecs, found = topics_of(self)
         return found
 
-    def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:
+    def extract(self, requests: Mapping[str, Request]) -> dict[str, TopicData]:
         """Take the wanted numbers out of it."""
-        return extract(self, self._codecs, requests, fast=fast)
+        return extract(self, self._codecs, requests)
 
     def facts(self) -> LogFacts:
         """Say what is known of it by now."""
@@ -172,9 +172,8 @@ class TableLog:
             for number, (name, table) in enumerate(self._tables.items())
         ]
 
-    def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:
-        """Take the wanted numbers out of it; there is one way."""
-        del fast
+    def extract(self, requests: Mapping[str, Request]) -> dict[str, TopicData]:
+        """Take the wanted numbers out of it."""
         return {topic: _taken(self._tables[topic], one) for topic, one in requests.items()}
 
     def facts(self) -> LogFacts:

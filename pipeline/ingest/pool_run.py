@@ -45,15 +45,13 @@ from pipeline.vehicle.schema import Vehicle
 __all__ = ["read_pool_run", "resample", "summarize"]
 
 
-def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = True) -> PoolRun:
+def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path) -> PoolRun:
     """Read the mapped channels of a log.
 
     What is wrong with a channel is in `problems` and `marks`; the other channels are read. Raises
     `InputError` if the file is no log, holds no messages, or none of its topics can be used.
 
-    The vehicle's ``pool:`` section maps channels; names in messages are relative to `raw_root`. The
-    slow way decodes each message and gives the same arrays; it is there to check the `fast` one,
-    which gathers the numbers of CDR messages at once.
+    The vehicle's ``pool:`` section maps channels; names in messages are relative to `raw_root`.
     """
     shown_as = source_name(path, raw_root)
     place = Place(shown_as)
@@ -67,7 +65,7 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = 
     if not plans.every:
         raise nothing_mapped(place, topics, problems)
     requests, where = requests_of(plans.every)
-    taken = log.extract(requests, fast=fast)
+    taken = log.extract(requests)
     problems += broken_messages(place, taken)
     problems += miscounted(place, topics, taken)
     data = mend_log_times(taken, place, problems)

@@ -63,16 +63,11 @@ class TopicData:
 
 
 def extract(
-    log: "MessageLog",
-    codecs: Mapping[int, Codec],
-    requests: Mapping[str, Request],
-    *,
-    fast: bool = True,
+    log: "MessageLog", codecs: Mapping[int, Codec], requests: Mapping[str, Request]
 ) -> dict[str, TopicData]:
-    """Read a log once, for what is wanted of each topic.
+    """Read a log once, for what is wanted of each topic; `codecs` are by channel (id).
 
-    `codecs` are by channel (id). `fast` gathers the numbers of CDR messages; otherwise every
-    message is decoded, with the same result.
+    Numbers of messages with a definition are gathered at once; others are decoded one by one.
     """
     channels = log.directory.channels
     expected = dict.fromkeys(requests, 0)
@@ -81,7 +76,7 @@ def extract(
             expected[channel.topic] += log.directory.counts.get(number, 0)
     sinks = {topic: Sink(request, expected[topic]) for topic, request in requests.items()}
     by_channel = {
-        number: (sinks[channel.topic], _Reader(codecs[number], fast=fast))
+        number: (sinks[channel.topic], _Reader(codecs[number]))
         for number, channel in channels.items()
         if channel.topic in requests and number in codecs
     }
@@ -197,9 +192,9 @@ class Sink:
 class _Reader:
     """Reads the messages of one channel."""
 
-    def __init__(self, codec: Codec, *, fast: bool) -> None:
+    def __init__(self, codec: Codec) -> None:
         self._codec = codec
-        self._layouts = Layouts(codec.definition) if fast and codec.definition is not None else None
+        self._layouts = None if codec.definition is None else Layouts(codec.definition)
 
     def read(self, buffer: Bytes, messages: Messages, sink: Sink) -> None:
         """Read the channel's messages of a block."""

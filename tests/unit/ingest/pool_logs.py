@@ -2,16 +2,19 @@
 
 import io
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
 from pipeline.export.ros2_messages import schema_text
+from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -200,3 +203,13 @@ def rov(**pool: object) -> Vehicle:
 
 
 NAMES = ("port", "starboard", "bow", "side")
+
+
+@contextmanager
+def messages_one_by_one() -> Iterator[None]:
+    """Let every message be decoded by itself, as those without a definition are: an oracle."""
+    with patch(
+        "pipeline.ingest.pool_run_topics.codec_of",
+        lambda *of: replace(codec_of(*of), definition=None),
+    ):
+        yield

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pool_logs import messages_one_by_one
 
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run, summarize
@@ -136,11 +137,11 @@ def test_messages_that_are_compressed_one_by_one() -> None:
     assert set(run.channels) >= {"attitude", "velocity", "depth", "thruster_command"}
     told = said(run, "note")
     assert "zstd-compressed one by one (ros2 bag, compression mode message)" in told
-    for fast in (True, False):
-        other = read_pool_run(CASES / "messages_zstd.mcap", ROV, CASES, fast=fast)
-        np.testing.assert_array_equal(
-            other.channels["velocity"].values, run.channels["velocity"].values
-        )
+    with messages_one_by_one():
+        other = read("messages_zstd")
+    np.testing.assert_array_equal(
+        other.channels["velocity"].values, run.channels["velocity"].values
+    )
 
 
 def test_messages_of_ros_1() -> None:

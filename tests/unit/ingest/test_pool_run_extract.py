@@ -1,5 +1,6 @@
 """Numbers and stamps taken out of a log: one message or many, known count or not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -126,7 +127,9 @@ def taken(
 ) -> TopicData:
     channels = log.directory.channels
     codecs = {n: codec_of(c, log.directory.schemas.get(c.schema_id)) for n, c in channels.items()}
-    return extract(log, codecs, {topic: Request((("data", 0),), stamp)}, fast=fast)[topic]
+    if not fast:
+        codecs = {number: replace(one, definition=None) for number, one in codecs.items()}
+    return extract(log, codecs, {topic: Request((("data", 0),), stamp)})[topic]
 
 
 def test_counts_that_are_too_small_do_not_matter(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from pool_logs import (
     joints_topic,
     json_topic,
     log_bytes,
+    messages_one_by_one,
     ros_topic,
     rov,
     stamp,
@@ -50,8 +51,8 @@ def codes(count: int) -> FloatArray:
     return np.round(60.0 * np.sin(np.array([0.5, 0.8, 1.3, 0.3]) * time_s))
 
 
-def read(path: Path, vehicle: Vehicle | None = None, **options: object) -> PoolRun:
-    return read_pool_run(path, vehicle or rov(), path.parent, **options)
+def read(path: Path, vehicle: Vehicle | None = None) -> PoolRun:
+    return read_pool_run(path, vehicle or rov(), path.parent)
 
 
 def said(run: PoolRun, severity: str | None = None) -> str:
@@ -132,7 +133,9 @@ def test_fast_and_slow_give_the_same_arrays(tmp_path: Path) -> None:
     joints.messages[100] = joints.messages[100][:30]
     joints.messages[200] = b""
     path = write_log(tmp_path / "run.mcap", [joints, imu_topic(ticks(800, 100.0), rates(800))])
-    fast, slow = read(path), read(path, fast=False)
+    fast = read(path)
+    with messages_one_by_one():
+        slow = read(path)
     assert fast.channels.keys() == slow.channels.keys()
     for name, channel in fast.channels.items():
         other = slow.channels[name]
@@ -594,7 +597,8 @@ def test_damaged_messages_never_break_the_reader(
         run = read(path)
         summarize(run).model_dump_json()
         resample(run, 20.0)
-        slow = read(path, fast=False)
+        with messages_one_by_one():
+            slow = read(path)
         for name, channel in run.channels.items():
             np.testing.assert_array_equal(channel.values, slow.channels[name].values)
             np.testing.assert_array_equal(channel.time_ns, slow.channels[name].time_ns)

@@ -1,11 +1,12 @@
 """Readings that stand for none or are missing at first, depths that cannot be."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pool_logs import json_topic, ros_topic, rov, ticks, vector, write_log
+from pool_logs import json_topic, messages_one_by_one, ros_topic, rov, ticks, vector, write_log
 
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
@@ -86,8 +87,9 @@ def test_letters_of_validity_are_read(tmp_path: Path, first: int) -> None:
     table = tmp_path / "run.csv"
     table.write_text("\n".join(["t [s],vx [m/s],vy [m/s],vz [m/s],velocity_valid", *lines]))
     for path in (*paths, table):
-        for fast in (True, False):
-            channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+        for way in (nullcontext, messages_one_by_one):
+            with way():
+                channel = read_pool_run(path, rov(), tmp_path).channels["velocity"]
             assert (channel.marks["not_a_number"] == lost).all(), path.name
 
 
@@ -116,8 +118,9 @@ def test_a_state_of_any_name_counts_where_readings_are_noise(
     text = f"float64[3] velocity\n{kind} {name}\n"
     topic = ros_topic("/dvl", "rig/msg/Dvl", ticks(COUNT, 10.0), contents, text)
     path = write_log(tmp_path / "run.mcap", [topic])
-    for fast in (True, False):
-        channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+    for way in (nullcontext, messages_one_by_one):
+        with way():
+            channel = read_pool_run(path, rov(), tmp_path).channels["velocity"]
         assert channel.marks.get("not_a_number", np.zeros(1)).sum() == is_noise * lost.sum()
 
 
@@ -149,8 +152,9 @@ def test_the_flag_of_a_binary_message_is_read(tmp_path: Path) -> None:
     ]
     topic = ros_topic("/dvl", "rig/msg/Dvl", ticks(COUNT, 10.0), contents, text)
     path = write_log(tmp_path / "run.mcap", [topic])
-    for fast in (True, False):
-        channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+    for way in (nullcontext, messages_one_by_one):
+        with way():
+            channel = read_pool_run(path, rov(), tmp_path).channels["velocity"]
         assert channel.marks["not_a_number"].sum() == COUNT / 10
         assert channel.values.shape == (COUNT, 3)
 
