@@ -6,6 +6,7 @@ collected as a `Problem` in the record of that file and shown by ``rig2sea check
 """
 
 import errno
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -79,6 +80,12 @@ class Problem:
         if self.remedy:
             lines.append(self.remedy)
         return "\n".join(lines)
+
+
+def by_severity(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Put errors first, notes last, else keep the order."""
+    rank = {"error": 0, "warning": 1, "note": 2}
+    return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
 
 
 class Rig2SeaError(Exception):

@@ -7,14 +7,11 @@ two channels never saturate when the portions sum to at most one.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from pipeline.types import ArrayLike, BoolArray, FloatArray
 from pipeline.vehicle.schema import Allocator
-
-Form = Literal["limit", "scaled"]
 
 
 @dataclass(frozen=True)
@@ -91,7 +88,7 @@ def demanded_channels(demand: Demand, allocator: Allocator) -> ChannelThrusts:
 
 
 def limited_channels(
-    demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator, form: Form | None = None
+    demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator
 ) -> ChannelThrusts:
     r"""Apply eq. (6): the portions and the limits of the thruster.
 
@@ -106,9 +103,7 @@ def limited_channels(
     limits : ThrustLimits
         T_max: fixed from the mooring test, or T_max(V) with speed compensation. [N]
     allocator : Allocator
-        The portions, and the form unless `form` is given.
-    form : {"limit", "scaled"}, optional
-        Overrides the allocator's.
+        The portions and the form.
 
     Returns
     -------
@@ -125,7 +120,7 @@ def limited_channels(
         thrust: FloatArray, portion: float, reverse_n: float, forward_n: float
     ) -> FloatArray:
         # `np.clip` takes several times as long for one demand
-        if (form or allocator.form) == "scaled":
+        if allocator.form == "scaled":
             return np.asarray(portion * np.minimum(np.maximum(thrust, -reverse_n), forward_n))
         return np.minimum(np.maximum(thrust, -portion * reverse_n), portion * forward_n)
 
@@ -137,16 +132,13 @@ def limited_channels(
     )
 
 
-def within_reach(
-    demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator, form: Form | None = None
-) -> BoolArray:
+def within_reach(demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator) -> BoolArray:
     """Tell where no channel is cut: below Pi T_max in "limit", below T_max in "scaled"."""
-    chosen = form or allocator.form
     slack = 1.0 + 1e-9  # a demand exactly at the limit is within reach in spite of rounding
     portions = allocator.portions
 
     def inside(thrust: FloatArray, portion: float, reverse_n: float, forward_n: float) -> BoolArray:
-        share = portion * slack if chosen == "limit" else slack
+        share = portion * slack if allocator.form == "limit" else slack
         return np.asarray((thrust <= share * forward_n) & (thrust >= -share * reverse_n))
 
     both = limits.both_n

@@ -18,7 +18,6 @@ from pipeline.vehicle.schema import Allocator, Vehicle
 LARGEST_ENTRY = 127.0
 #: An entry of a matrix that should be zero. [-]
 _ZERO = 1e-12
-MOST_THRUSTERS = 12
 
 
 @dataclass(frozen=True)

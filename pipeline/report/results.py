@@ -1,10 +1,10 @@
 """What the pages of a vehicle, a pool run and a trial day are made of."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from pipeline.errors import CannotComputeError, Problem
+from pipeline.errors import CannotComputeError, Problem, by_severity
 from pipeline.records import fits, measurements
 from pipeline.records import trial as trial_records
 from pipeline.records.base import AppliedChange, Glance
@@ -91,12 +91,6 @@ def all_problems(results: VehicleResults) -> tuple[Problem, ...]:
     records = (results.load_test, results.mooring, results.open_water)
     read = [one for record in records if record for one in record.problems]
     return by_severity([*results.ignored, *read])
-
-
-def by_severity(problems: Sequence[Problem]) -> tuple[Problem, ...]:
-    """Sort problems: errors first, then warnings, then notes."""
-    rank = {"error": 0, "warning": 1, "note": 2}
-    return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
 
 
 def all_checks(results: VehicleResults) -> tuple[tuple[str, fits.Check], ...]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, by_severity
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.plan import (
     POOL,
@@ -64,14 +64,9 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
         else:
             problems += problems_of(body["record"].get("problems", ()))
             checks += _failed_checks(stage, body["record"])
-    shown = by_severity(with_path(problem, vehicle, out) for problem in problems)
+    # what several stages met is said once
+    shown = by_severity(dict.fromkeys(with_path(one, vehicle, out) for one in problems))
     return Outcome(vehicle.name, shown, tuple(left_out), tuple(checks))
-
-
-def by_severity(problems: Iterable[Problem]) -> tuple[Problem, ...]:
-    """Put errors first, notes last, else keep the order; what several stages met is said once."""
-    rank = {"error": 0, "warning": 1, "note": 2}
-    return tuple(sorted(dict.fromkeys(problems), key=lambda problem: rank[problem.severity]))
 
 
 def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Problem, ...]:
@@ -83,7 +78,8 @@ def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Probl
     for _, body in _behind(vehicle, stage, out):
         of_record = (body["record"] or {}).get("problems", ())
         found += problems_of([*body["problems"], *of_record])
-    return by_severity(with_path(one, vehicle, out) for one in found if one.severity == "error")
+    errors = (with_path(one, vehicle, out) for one in found if one.severity == "error")
+    return tuple(dict.fromkeys(errors))
 
 
 def failed_checks_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[str, ...]:
@@ -161,7 +157,7 @@ def with_pool(
             if head is not None:
                 found += [one for one in problems_of(head.problems) if one.severity == "error"]
     shown = tuple(with_path(problem, vehicle, out) for problem in found)
-    return replace(outcome, problems=by_severity(shown + outcome.problems))
+    return replace(outcome, problems=by_severity(dict.fromkeys(shown + outcome.problems)))
 
 
 def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:

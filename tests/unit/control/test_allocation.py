@@ -33,6 +33,10 @@ def geometry() -> Allocator:
     )
 
 
+def formed(allocator: Allocator, form: str) -> Allocator:
+    return allocator.model_copy(update={"form": form})
+
+
 def test_hand_worked_channels(allocator: Allocator) -> None:
     """X = 40 N, M = 5 N m (nose up), N = 3 N m (to starboard)."""
     stern = demanded_channels(Demand(40.0, 5.0, 3.0), allocator).stern_thrust_n()
@@ -64,7 +68,7 @@ def test_no_thruster_saturates_however_large_the_demand(
 ) -> None:
     for form in ("limit", "scaled"):
         channels = limited_channels(
-            demanded_channels(Demand(surge, pitch, yaw), geometry), LIMITS, geometry, form
+            demanded_channels(Demand(surge, pitch, yaw), geometry), LIMITS, formed(geometry, form)
         )
         assert np.abs(channels.stern_thrust_n()).max() <= 42.0 + 1e-9
 
@@ -89,7 +93,7 @@ def test_scaled_form_gives_exactly_the_portion(
     )
     demanded = demanded_channels(demand, geometry)
     limit, scaled = (
-        asked_wrench(limited_channels(demanded, LIMITS, geometry, form), geometry)
+        asked_wrench(limited_channels(demanded, LIMITS, formed(geometry, form)), geometry)
         for form in ("limit", "scaled")
     )
     np.testing.assert_allclose(scaled[0], portions.surge * limit[0], atol=1e-9)
@@ -100,7 +104,7 @@ def test_scaled_form_gives_exactly_the_portion(
 def test_both_forms_meet_at_saturation(allocator: Allocator) -> None:
     demanded = demanded_channels(Demand(1e4, -1e4, 1e4), allocator)
     limit, scaled = (
-        asked_wrench(limited_channels(demanded, LIMITS, allocator, form), allocator)
+        asked_wrench(limited_channels(demanded, LIMITS, formed(allocator, form)), allocator)
         for form in ("limit", "scaled")
     )
     np.testing.assert_allclose(limit, scaled)
@@ -113,9 +117,9 @@ def test_scaled_form_saturates_at_t_max_as_printed(allocator: Allocator) -> None
     """Just below T_max nothing is cut in the printed form: the demand is only multiplied."""
     below = Demand(0.99 * 42 * 4 * np.cos(DELTA))
     demanded = demanded_channels(below, allocator)
-    assert within_reach(demanded, LIMITS, allocator, "scaled")
-    assert not within_reach(demanded, LIMITS, allocator, "limit")
-    scaled = limited_channels(demanded, LIMITS, allocator, "scaled")
+    assert within_reach(demanded, LIMITS, formed(allocator, "scaled"))
+    assert not within_reach(demanded, LIMITS, formed(allocator, "limit"))
+    scaled = limited_channels(demanded, LIMITS, formed(allocator, "scaled"))
     assert scaled.surge_n == pytest.approx(0.99 * 42 * 0.6)
 
 
