@@ -32,6 +32,21 @@ def with_fault(
     return FAULTS[effect](craft, values, craft.names.index(thruster) if thruster else -1)
 
 
+def _adding(**fields: str | tuple[str, ...]) -> Change:
+    """Add to fields of a craft the values of parameters; several make the entries of an array."""
+
+    def change(craft: Craft, values: Values, _one: int) -> Craft:
+        more = {
+            field: values.get(names, 0.0)
+            if isinstance(names, str)
+            else np.array([values.get(one, 0.0) for one in names])
+            for field, names in fields.items()
+        }
+        return craft.changed(**{field: getattr(craft, field) + by for field, by in more.items()})
+
+    return change
+
+
 def _factors(values: Values) -> FloatArray:
     return np.array([values.get(axis, 1.0) for axis in AXES])
 
@@ -50,34 +65,12 @@ def _quadratic(craft: Craft, values: Values, _one: int) -> Craft:
     return craft.changed(quadratic=craft.quadratic * _factors(values))
 
 
-def _advance(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(inflow=craft.inflow + values["inflow_fraction"])
-
-
-def _cg_shift(craft: Craft, values: Values, _one: int) -> Craft:
-    shift = np.array([values.get(name, 0.0) for name in ("dx_m", "dy_m", "dz_m")])
-    return craft.changed(centre_g=craft.centre_g + shift)
-
-
 def _coriolis(craft: Craft, values: Values, _one: int) -> Craft:
     share = values["fraction"]
     # what the momenta make now is no part of the measured slopes any more
     return craft.changed(
         coriolis=craft.coriolis + share, turning=craft.turning - share * craft.munk
     )
-
-
-def _crossflow(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(crossflow=craft.crossflow + values["fraction"])
-
-
-def _current(craft: Craft, values: Values, _one: int) -> Craft:
-    flow = [values.get(name, 0.0) for name in ("north_mps", "east_mps", "down_mps")]
-    return craft.changed(current=craft.current + np.array(flow))
-
-
-def _dead_zone(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(dead=craft.dead + values["codes"])
 
 
 def _lift(craft: Craft, values: Values, _one: int) -> Craft:
@@ -109,19 +102,8 @@ def _payload(craft: Craft, values: Values, _one: int) -> Craft:
     )
 
 
-def _buoyancy(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(buoyancy_n=craft.buoyancy_n + values["force_n"])
-
-
 def _reverse(craft: Craft, values: Values, _one: int) -> Craft:
     return craft.changed(reverse=craft.reverse * values["fraction"])
-
-
-def _tether(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(
-        tow_area_m2=craft.tow_area_m2 + values.get("drag_area_m2", 0.0),
-        tow_pull_n=craft.tow_pull_n + values.get("pull_n", 0.0),
-    )
 
 
 def _deduction(craft: Craft, values: Values, _one: int) -> Craft:
@@ -134,26 +116,11 @@ def _degraded(craft: Craft, values: Values, one: int) -> Craft:
     return craft.changed(gain=gain)
 
 
-def _lag(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(lag_s=craft.lag_s + values["lag_s"])
-
-
 def _misaligned(craft: Craft, values: Values, one: int) -> Craft:
     azimuth, elevation = craft.azimuth.copy(), craft.elevation.copy()
     azimuth[one] += np.radians(values.get("azimuth_deg", 0.0))
     elevation[one] += np.radians(values.get("elevation_deg", 0.0))
     return craft.changed(azimuth=azimuth, elevation=elevation)
-
-
-def _sag(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(
-        supply_drop=craft.supply_drop + values.get("drop", 0.0),
-        load_drop=craft.load_drop + values.get("load_drop", 0.0),
-    )
-
-
-def _wall(craft: Craft, values: Values, _one: int) -> Craft:
-    return craft.changed(wall_strength=craft.wall_strength + values["strength"])
 
 
 def _dvl_scale(craft: Craft, values: Values, _one: int) -> Craft:
@@ -181,12 +148,12 @@ def _three(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, fl
 #: Effect -> what it changes.
 FAULTS: Mapping[str, Change] = {
     "added_mass": _added_mass,
-    "advance_speed_loss": _advance,
-    "cg_shift": _cg_shift,
+    "advance_speed_loss": _adding(inflow="inflow_fraction"),
+    "cg_shift": _adding(centre_g=("dx_m", "dy_m", "dz_m")),
     "coriolis_omitted": _coriolis,
-    "crossflow_coupling": _crossflow,
-    "current": _current,
-    "dead_zone": _dead_zone,
+    "crossflow_coupling": _adding(crossflow="fraction"),
+    "current": _adding(current=("north_mps", "east_mps", "down_mps")),
+    "dead_zone": _adding(dead="codes"),
     "dvl_delay": _dvl_delay,
     "dvl_lever_arm": _dvl_place,
     "dvl_misalignment": _dvl_turn,
@@ -195,15 +162,15 @@ FAULTS: Mapping[str, Change] = {
     "linear_damping": _linear,
     "payload": _payload,
     "quadratic_damping": _quadratic,
-    "residual_buoyancy": _buoyancy,
+    "residual_buoyancy": _adding(buoyancy_n="force_n"),
     "reverse_thrust": _reverse,
-    "tether": _tether,
+    "tether": _adding(tow_area_m2="drag_area_m2", tow_pull_n="pull_n"),
     "thrust_deduction": _deduction,
     "thruster_degraded": _degraded,
-    "thruster_lag": _lag,
+    "thruster_lag": _adding(lag_s="lag_s"),
     "thruster_misalignment": _misaligned,
-    "voltage_sag": _sag,
-    "wall_effect": _wall,
+    "voltage_sag": _adding(supply_drop="drop", load_drop="load_drop"),
+    "wall_effect": _adding(wall_strength="strength"),
 }
 #: Effects that make readings wrong and leave the motion alone.
 OF_MEASUREMENT = frozenset({"dvl_scale", "dvl_delay", "dvl_misalignment", "dvl_lever_arm"})
