@@ -3,7 +3,8 @@
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
-from pipeline.simulate.kernel_alone import codes_that_act
+from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel_alone import codes_that_act, lag_pieces
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
@@ -20,24 +21,18 @@ def settled(vector: FloatArray, commands: FloatArray) -> FloatArray:
 def lagged(
     packed: PackedVehicle, vector: FloatArray, commands: FloatArray, period_s: float
 ) -> FloatArray:
-    """Codes (m, n) that act in the middle of each row: a first-order lag of what is commanded.
+    """Codes (m, n) that act in the middle of each row: what is commanded, late.
 
     A run begins with the drives where its first command has led them.
     """
-    # a second of imports, which most diagnoses have no need of
-    from scipy.signal import lfilter
-
-    left = _left(packed, vector, period_s)
-    aims = settled(vector, commands)
-    found = np.empty_like(aims)
-    for column, kept in enumerate(left):
-        own = aims[:, column]
-        # where the code is at the start of each row, then half a row on
-        rest = np.array([kept * own[0]])
-        ends, _ = lfilter([1.0 - kept], [1.0, -kept], own, zi=rest)
-        begins = np.concatenate([own[:1], ends[:-1]])
-        found[:, column] = own + (begins - own) * np.sqrt(kept)
-    return found
+    count = commands.shape[1]
+    padded = np.zeros((len(commands), MOST_THRUSTERS))
+    padded[:, :count] = commands
+    start = np.zeros((1, STATE))
+    start[0, BODY : BODY + count] = settled(vector, commands[:1])[0]
+    late = np.zeros((len(commands), 3, MOST_THRUSTERS))
+    lag_pieces(vector, start, padded, np.array([0, len(commands)]), np.array([period_s]), late)
+    return np.ascontiguousarray(late[:, 1, :count])
 
 
 def commands_for(
