@@ -22,7 +22,7 @@ from pipeline.types import FloatArray
 FILTER = 3
 #: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
 #: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
-_RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
+_RIDGE, _OTHER_AXES, _FREE = 10.0, 1_000_000.0, 0.01
 #: Share by which the file is off in the gain of force along its own axis, and in its course.
 _GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 #: Blocks of noise, and readings that the mean noise of a run is worth in each.
@@ -99,12 +99,20 @@ class Ridge:
             self._fit_filter()
             noise = [self._noise(one) for one in self.remainders]
 
+    @property
+    def by_file(self) -> bool:
+        """Whether it is the file's motion that was corrected."""
+        return self._mean is not stays
+
     def _scale_features(self) -> None:
         every = np.concatenate([one.features for one in self._sets])
         self._middle = np.zeros(every.shape[1])
         self._middle[1 : self._states] = every[:, 1 : self._states].mean(axis=0)
         size = np.sqrt(np.mean((every - self._middle) ** 2, axis=0))
         self._scale = np.where(size > 1e-9, 1.0 / np.maximum(size, 1e-9), 0.0)
+        # of a force that no sound run had, the file's gain stands
+        force = self._scale[self._states :]
+        force[force == 0.0] = 1.0
 
     def _scaled(self, one: Rows) -> FloatArray:
         return np.asarray((one.features - self._middle) * self._scale)
@@ -128,7 +136,7 @@ class Ridge:
         gain = 0.0 if self._expected is None else float(self._expected[axis, channel])
         own = self._states + axis + 6 * np.arange(FORCES)
         scale = self._scale[own]
-        if gain == 0.0 or not scale.all():
+        if gain == 0.0:
             return slope, precision
         even = np.full((FORCES, FORCES), 1.0 / FORCES)
         off = _GAIN_OFF**2 / FORCES * even + _COURSE_OFF**2 * (np.eye(FORCES) - even)
