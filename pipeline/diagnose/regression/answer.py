@@ -69,7 +69,7 @@ def against(
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
     judged = _held_out(known, held)
-    rows = tuple(_ranked(one, known.directions, judged) for one in ranking[:_SHOWN])
+    rows = tuple(_ranked(one, known, judged) for one in ranking[:_SHOWN])
     rows += _never(rows, known.directions)
     gap, left = gap_and_leftover(case, known.best, runs, said.first if named else None)
     carrying = tuple(runs[k].run.name for k in said.first.runs) if named else ()
@@ -108,7 +108,7 @@ def against(
         notes=(known.told_against,),
         elapsed_s=0.0,
     )
-    return record, _specs(said.first, known.directions) if named else ()
+    return record, _specs(said.first, known) if named else ()
 
 
 @dataclass(frozen=True)
@@ -189,13 +189,14 @@ def _held_out(known: Reference, held: Sequence[GridRun]) -> tuple[FloatArray, Fl
 
 def _ranked(
     one: Change,
-    directions: Sequence[Coordinate],
+    known: Reference,
     judged: tuple[FloatArray, FloatArray] | None,
 ) -> RankedEffect:
     parameters, axes, thrusters = {}, [], {}
     pair = "+" in one.name
-    for k, (value, low, high) in sizes(one, directions).items():
-        own = directions[k]
+    found = sizes(one, known.directions, known.best.ordinary.inexact)
+    for k, (value, low, high) in found.items():
+        own = known.directions[k]
         name = own.parameter.name
         parameters[f"{own.effect.id}.{name}" if pair else name] = ParameterEstimate(
             value=value, unit=own.parameter.unit, ci95=(low, high)
@@ -235,11 +236,12 @@ def _never(
     )
 
 
-def _specs(first: Change, directions: Sequence[Coordinate]) -> tuple[EffectSpec, ...]:
+def _specs(first: Change, known: Reference) -> tuple[EffectSpec, ...]:
     """Effects of the first answer as they are switched on."""
     values: dict[tuple[str, str | None], dict[str, float]] = {}
-    for k, (value, _, _) in sizes(first, directions).items():
-        one = directions[k]
+    found = sizes(first, known.directions, known.best.ordinary.inexact)
+    for k, (value, _, _) in found.items():
+        one = known.directions[k]
         values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value
     return tuple(EffectSpec(id_, own, target) for (id_, target), own in values.items())
 

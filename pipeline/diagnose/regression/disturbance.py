@@ -22,7 +22,7 @@ from scipy.special import logsumexp
 from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.grid import CHANNELS
 from pipeline.diagnose.regression.known import Learned, ToldRun
-from pipeline.diagnose.regression.sizes import INEXACT
+from pipeline.diagnose.regression.ordinary import INEXACT
 from pipeline.diagnose.regression.weigh import with_disturbance
 from pipeline.records.diagnosis import UNKNOWN
 from pipeline.types import FloatArray

@@ -28,7 +28,7 @@ AHEAD_S = (1.0, 3.0, 6.0)
 _EVERY_S = 1.5
 _RIDGE = 3.0
 #: Error over that of the file from which on a response is clearly the better model. [1]
-_CLEARLY = 0.9
+CLEARLY = 0.9
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
         f"on sound runs that were left out its error {', '.join(f'{s:g}' for s in by_way)} s ahead "
         f"is {', '.join(f'{one:.2f}' for one in by_way.values())} times that of the vehicle file"
     )
-    if float(np.prod(list(by_way.values()))) < _CLEARLY ** len(by_way):
+    if float(np.prod(list(by_way.values()))) < CLEARLY ** len(by_way):
         return True, f"{told}."
     return False, f"{told}, which is not clearly better."
 

@@ -13,6 +13,7 @@ from pipeline.diagnose.regression.file_step import Step, file_step
 from pipeline.diagnose.regression.flights import FLIGHTS, flown
 from pipeline.diagnose.regression.grid import GridRun, grid_periods, on_grids
 from pipeline.diagnose.regression.held_out import (
+    CLEARLY,
     FileModel,
     Method,
     decides,
@@ -24,7 +25,12 @@ from pipeline.diagnose.regression.offset import (
     offset_of,
     without_offset,
 )
-from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, share_as_claimed
+from pipeline.diagnose.regression.ordinary import (
+    INEXACT_OF_FILE,
+    Ordinary,
+    ordinary_of,
+    share_as_claimed,
+)
 from pipeline.diagnose.regression.response import Response
 from pipeline.diagnose.regression.ridge import BENT, STIFF
 from pipeline.diagnose.regression.signatures import stays
@@ -214,7 +220,9 @@ def _on_grid(
     tried = [Response(runs, bent, mean, file) for bent, mean in product(BENT, (stays, file))]
     tried.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
     errors = [error_ahead(one) for one in tried]
-    best = int(np.argmin(errors))
+    # how it answers to a force that no sound run had the file alone knows
+    own = np.where([one.by_file for one in tried], np.log(CLEARLY), 0.0)
+    best = int(np.argmin(errors + own))
     sound = tried[best].told_of_sound()
     share = ordinary_of(sound, directions, stated).share
     alone = without_offset(sound, share)
@@ -274,7 +282,8 @@ def _of_file(
     told = response.told_of_sound()
     offset = offset_of(told, share_as_claimed(told, width))
     alone = without_offset(told, offset.share)
-    found = Learned(response, offset, Ordinary(width, share_as_claimed(alone, width)), (), (), 0.0)
+    ordinary = Ordinary(width, share_as_claimed(alone, width), INEXACT_OF_FILE)
+    found = Learned(response, offset, ordinary, (), (), 0.0)
     usual = tuple(found.told_runs([one])[0] for one in others)
     # one that was measured otherwise says nothing of these channels
     alike = [one for one in sound if one.channels == response.channels]

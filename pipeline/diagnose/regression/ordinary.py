@@ -18,6 +18,9 @@ from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
+#: Share of what a change does that its signature may be off by: by a response that was learned, and
+#: by the motion of the file. [1]
+INEXACT, INEXACT_OF_FILE = 0.1, 0.05
 #: Standard deviation of ln of a parameter's scale of variances before any run was seen, and steps
 #: to the most probable one; runs that the scale is worth for each direction of the parameter.
 _SCALE_WIDTH, _NEWTON, _OWN_RUNS = 1.5, 20, 4.0
@@ -31,10 +34,14 @@ _LEAST_TOLD, _MOST_SQUARE, _LEAST_SHARE = 0.05, 9.0, 0.01
 
 @dataclass(frozen=True)
 class Ordinary:
-    """Standard deviation (d,) of each direction between runs, and the share of information (c,)."""
+    """Standard deviation (d,) of each direction between runs, and the share of information (c,).
+
+    `inexact` is the share of what a change does that its signature may be off by.
+    """
 
     width: FloatArray
     share: FloatArray
+    inexact: float = INEXACT
 
     @property
     def trusted(self) -> float:

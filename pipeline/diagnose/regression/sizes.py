@@ -8,23 +8,31 @@ from scipy.optimize import brentq
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.change import Change
 
-#: Share of what a change does that its signature may be off by. [1]
-INEXACT = 0.1
-
 
 def sizes(
-    change: Change, directions: Sequence[Coordinate]
+    change: Change, directions: Sequence[Coordinate], inexact: float
 ) -> dict[int, tuple[float, float, float]]:
     """Median and 95 % interval of each size, in the parameter's unit, where it may lie.
 
-    What a signature is off by is in the interval. It is that of highest density: it reaches the end
-    of what is possible where the most probable size lies there.
+    What a signature is off by is in the interval; of two changes each has the error of both. It is
+    that of highest density: it reaches the end of what is possible where the most probable size
+    lies there.
+
+    Parameters
+    ----------
+    change : Change
+        With its sizes in the units of the directions.
+    directions : sequence of Coordinate
+        All of them.
+    inexact : float
+        Share of what a change does that its signature may be off by.
     """
     # more than a second of imports, of which other diagnoses have no need
     from scipy.stats import norm, truncnorm
 
     found = {}
-    spread = np.hypot(change.std, INEXACT * change.mean)
+    effects = {(directions[k].effect.id, directions[k].target) for k in change.which}
+    spread = np.hypot(change.std, len(effects) * inexact * change.mean)
     for k, mean, std in zip(change.which, change.mean, spread, strict=True):
         one = directions[k]
         low, high = one.bounds

@@ -9,7 +9,13 @@ from scipy.stats import norm
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.decide import decide
 from pipeline.diagnose.regression.gained import Gained
-from pipeline.diagnose.regression.ordinary import Ordinary, _scale, ordinary_of, posterior
+from pipeline.diagnose.regression.ordinary import (
+    INEXACT,
+    Ordinary,
+    _scale,
+    ordinary_of,
+    posterior,
+)
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.told import Told
 from pipeline.diagnose.regression.weigh import (
@@ -55,7 +61,7 @@ def test_one_direction_has_the_evidence_of_the_textbook() -> None:
         for width, share in ((1.0, 0.8), (3.0, 0.2))
     ]
     assert found.evidence == pytest.approx(np.log(np.sum(ratio)), rel=1e-6)
-    value, low, high = sizes(found, DIRECTIONS)[2]
+    value, low, high = sizes(found, DIRECTIONS, INEXACT)[2]
     assert value == pytest.approx(37.5 * 0.8 / (1.0 + v))
     # beside a tenth of the size, which a signature may be off by
     std = np.hypot(np.sqrt(v / (1.0 + v)), 0.1 * 0.8 / (1.0 + v))
@@ -65,7 +71,7 @@ def test_one_direction_has_the_evidence_of_the_textbook() -> None:
 def test_an_interval_reaches_the_end_where_the_likeliest_size_is() -> None:
     first = weighed([told((-2.2, 0.0, 0.0))], DIRECTIONS, ORDINARY)[0]
     assert first.name == "thruster_degraded@left"
-    value, low, high = sizes(first, DIRECTIONS)[0]
+    value, low, high = sizes(first, DIRECTIONS, INEXACT)[0]
     assert low == 0.0 < value < high
 
 
@@ -79,7 +85,7 @@ def test_a_weak_thruster_is_counted_against_the_thrust_of_its_run() -> None:
     ordinary = Ordinary(np.array([0.05, 0.05, 0.1, 1.0]), np.ones(1))
     found = weighed([run], (*DIRECTIONS, scale), ordinary)
     weak = next(one for one in found if one.name == "thruster_degraded@left")
-    value, low, high = sizes(weak, (*DIRECTIONS, scale))[0]
+    value, low, high = sizes(weak, (*DIRECTIONS, scale), INEXACT)[0]
     assert low < 0.6 < high
     assert value == pytest.approx(0.6, abs=0.02)
 
@@ -89,7 +95,7 @@ def test_probabilities_are_one_posterior() -> None:
     assert sum(one.probability for one in ranking) == pytest.approx(1.0)
     assert ranking[0].name == "thruster_degraded@left"
     assert len({one.name for one in ranking}) == len(ranking)
-    assert sizes(ranking[0], DIRECTIONS)[0][0] == pytest.approx(0.6, abs=0.02)
+    assert sizes(ranking[0], DIRECTIONS, INEXACT)[0][0] == pytest.approx(0.6, abs=0.02)
 
 
 def test_an_effect_may_change_two_of_its_parameters() -> None:
@@ -98,7 +104,7 @@ def test_an_effect_may_change_two_of_its_parameters() -> None:
     along = tuple(Coordinate(current, own, None, 0.5, 0.1) for own in current.parameters)
     both = weighed([told((0.5, -0.5, 0.0))], along, ORDINARY)
     assert [(one.name, one.which) for one in both[:1]] == [("current", (0, 1))]
-    assert sizes(both[0], along)[1][0] == pytest.approx(-0.25, abs=0.02)
+    assert sizes(both[0], along, INEXACT)[1][0] == pytest.approx(-0.25, abs=0.02)
     north = weighed([told((0.5, 0.0, 0.0))], along, ORDINARY)
     assert (north[0].name, north[0].which) == ("current", (0,))
     assert north[0].probability > 0.75
@@ -119,7 +125,7 @@ def test_a_thruster_that_gives_more_is_not_a_weak_one() -> None:
     ranking = weighed([told((0.4, 0.0, 0.0))], DIRECTIONS, ORDINARY)
     weak = next(one for one in ranking if one.name == "thruster_degraded@left")
     assert weak.evidence < 0.0
-    assert sizes(weak, DIRECTIONS)[0][2] <= 1.0
+    assert sizes(weak, DIRECTIONS, INEXACT)[0][2] <= 1.0
 
 
 def test_what_is_ordinary_is_none() -> None:
@@ -152,7 +158,7 @@ def test_gains_count_where_they_show_more() -> None:
     # -1 / (e p ln p) to one, at even priors of nothing and of all single changes as 2 to 1
     odds = -1.0 / (np.e * 1e-4 * np.log(1e-4)) / 2.0
     assert first.probability == pytest.approx(odds / (odds + 1.0), abs=0.15)
-    assert sizes(first, DIRECTIONS)[1][0] == pytest.approx(0.0, abs=0.1)
+    assert sizes(first, DIRECTIONS, INEXACT)[1][0] == pytest.approx(0.0, abs=0.1)
 
 
 @dataclass(frozen=True)
