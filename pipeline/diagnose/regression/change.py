@@ -57,12 +57,23 @@ class Shared:
         return sum(_evidence(one, self._width) - _evidence(one, width) for one in self._told)
 
     def shared(
-        self, which: Sequence[int], runs: Sequence[int]
+        self,
+        which: Sequence[int],
+        runs: Sequence[int],
+        without: tuple[int, Sequence[int]] = (0, ()),
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Log evidence, mean and standard deviation of a change that some runs share."""
-        own = np.ix_(which, which)
-        information = np.sum([self.information[r][own] for r in runs], axis=0)
-        score = np.sum([self.score[r][list(which)] for r in runs], axis=0)
+        """Log evidence, mean and standard deviation of a change that some runs share.
+
+        So many first runs are `without` those of the directions that have these places.
+        """
+        own, places = np.ix_(which, which), list(which)
+        information, score = np.zeros((len(which), len(which))), np.zeros(len(which))
+        for r in runs:
+            has = np.ones(len(which))
+            if r < without[0]:
+                has[list(without[1])] = 0.0
+            information += self.information[r][own] * np.outer(has, has)
+            score += self.score[r][places] * has
         tried = []
         for width, prior in _WIDTHS:
             inner = np.eye(len(which)) / width**2 + information

@@ -28,8 +28,8 @@ from pipeline.records.diagnosis import NONE, UNKNOWN
 _NOTHING, _TWO = 0.6, 0.05
 #: Of a force that comes and goes, as probable beside any change as alone.
 _COMES_AND_GOES = 0.025
-#: That what was learned is off along some change, where there is none.
-_LEARNED_OFF = 0.03
+#: That what was learned is off along some change, where there is none, or beside another one.
+_LEARNED_OFF = 0.05
 #: What is asked may scatter more than the few sound runs show: times their widths, and the
 #: probability of each. Under `unknown` it is more.
 _SPREADS, _STRANGE = ((1.0, 0.8), (2.0, 0.2)), 6.0
@@ -76,6 +76,11 @@ def weighed(
             least = max(one.probability for one in own) - _HARDLY
             likely = [one for one in own if one.which and one.probability > least]
             own += [_alike(all_runs, one, len(sound)) for one in likely]
+            own += [
+                part
+                for one in likely
+                for part in _beside_learned(all_runs, one, directions, len(sound))
+            ]
         every += [(runs, replace(one, probability=one.probability + spread)) for one in own]
     strange = Shared(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
         ordinary.width
@@ -283,3 +288,22 @@ def _alike(runs: Shared, one: Change, sound: int) -> Change:
     shares = [value for value, own, _, _ in carried(runs, one.which) if own[0] < sound <= own[-1]]
     value = float(np.logaddexp.reduce(shares)) if shares else -np.inf
     return Change(NONE, (), (), 0.0, value + prior, _NO_SIZE, _NO_SIZE)
+
+
+def _beside_learned(
+    runs: Shared, one: Change, directions: Sequence[Coordinate], sound: int
+) -> list[Change]:
+    """One change of a pair, and the other is what was learned: the sound runs have it as well."""
+    parts: dict[str, list[int]] = {}
+    for place, k in enumerate(one.which):
+        parts.setdefault(_name(directions[k]), []).append(place)
+    if len(parts) == 1:
+        return []
+    prior = float(np.log(_LEARNED_OFF * PRIOR_OF_ONE / _TWO)) + one.probability - one.evidence
+    every = (*range(sound), *(sound + run for run in one.runs))
+    found = []
+    for name, own in parts.items():
+        value, mean, std = runs.shared(one.which, every, (sound, own))
+        which = tuple(one.which[place] for place in own)
+        found.append(Change(name, which, one.runs, value, value + prior, mean[own], std[own]))
+    return found
