@@ -111,16 +111,16 @@ def injected(
     period = run.period_s
     added = _more_demanded(packed, nominal, changed, moved)
     _check_known(packed, nominal, changed, moved, added, named)
-    acting = lagged(packed, nominal, codes, period)
+    acting = lagged(nominal, codes, period)
     stated, thrust = _pushed(packed, nominal, acting, moved)
     wanted = stated + added
-    without, weaker = _pushed(packed, changed, lagged(packed, changed, codes, period), moved)
+    without, weaker = _pushed(packed, changed, lagged(changed, codes, period), moved)
     # a gain alone needs no other thruster: each makes up for itself
     own = thrust @ layout(packed, changed).T
     asked = thrust + (wanted - own) @ _inverse_layout(packed, changed).T
     new_acting = _acting_for(packed, changed, asked, weaker, acting, moved)
     new = commands_for(packed, changed, new_acting, period)
-    made, _ = _pushed(packed, changed, lagged(packed, changed, new, period), moved)
+    made, _ = _pushed(packed, changed, lagged(changed, new, period), moved)
     effect = wanted - without
     size = _accelerating(packed, effect)
     if size == 0.0 or np.allclose(new, codes, atol=1e-6):
@@ -137,7 +137,7 @@ def thrust_wrench(packed: PackedVehicle, run: RunTable, motion: MeasuredMotion) 
     vector = settled(packed.vector)
     period = run.period_s
     codes = np.nan_to_num(np.array(run.values["command"], float))
-    return _pushed(packed, vector, lagged(packed, vector, codes, period), motion)[0]
+    return _pushed(packed, vector, lagged(vector, codes, period), motion)[0]
 
 
 def _more_demanded(
@@ -266,7 +266,7 @@ def commanded_without_effect(
     codes = np.nan_to_num(np.array(run.values["command"], float))
     vector, period = settled(packed.vector), run.period_s
     still = np.zeros((len(codes), 6))
-    _, thrust = thruster_wrench(packed, lagged(packed, vector, codes, period), still, vector=vector)
+    _, thrust = thruster_wrench(packed, lagged(vector, codes, period), still, vector=vector)
     if np.abs(thrust[:, column]).max() > 0.0:
         raise CannotComputeError(
             f"{run.name}: {thruster} gave thrust in this run, so that it cannot have had none. "

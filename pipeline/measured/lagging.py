@@ -18,9 +18,7 @@ def settled(vector: FloatArray, commands: FloatArray) -> FloatArray:
     return acting[:, : commands.shape[1]]
 
 
-def lagged(
-    packed: PackedVehicle, vector: FloatArray, commands: FloatArray, period_s: float
-) -> FloatArray:
+def lagged(vector: FloatArray, commands: FloatArray, period_s: float) -> FloatArray:
     """Codes (m, n) that act in the middle of each row: what is commanded, late.
 
     A run begins with the drives where its first command has led them.

@@ -282,12 +282,19 @@ class _Claimed:
             wrench, slip = self._late(float(read(changed, "dvl_delay")))
             return _Departure(wrench / share, np.zeros((6, 6)), as_read, slip / share)
         if one.effect.id in READINGS:
-            if self._reads:
-                as_read = misread(self._dvl, changed) / share
-            return _Departure(np.zeros_like(self.wrench), np.zeros((6, 6)), as_read)
+            if not self._reads:
+                return _Departure(np.zeros_like(self.wrench), np.zeros((6, 6)), as_read)
+            as_read = misread(self._dvl, changed) - misread(self._dvl, before)
+            thrust = self._thrust_of_misread(as_read)
+            return _Departure(thrust / share, np.zeros((6, 6)), as_read / share)
         if one.effect.of_thrusters or one.target is not None:
-            pushed = _pushed(packed, changed, self._codes, self.motion.nu, self.row_s)[0]
-            added = pushed - self._pushed
+            pushed, without = (
+                _pushed(packed, vector, self._codes, self.motion.nu, self.row_s)[0]
+                if vector is not self._nominal
+                else self._pushed
+                for vector in (changed, before)
+            )
+            added = pushed - without
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
             if one.beside:
@@ -299,6 +306,13 @@ class _Claimed:
         """Parameter vector under values of the effect of a direction."""
         spec = EffectSpec(one.effect.id, dict(values), one.target)
         return settled(apply_effects(self.packed.vector, [spec], self.packed.context))
+
+    def _thrust_of_misread(self, as_read: FloatArray) -> FloatArray:
+        """Wrench (rows, 6) of commands at the velocity that is misread so (3, 6), less as read."""
+        nu = self.motion.nu.copy()
+        of_rates = nu[:, 3:] @ as_read[:, 3:].T
+        nu[:, :3] = np.linalg.solve(np.eye(3) + as_read[:, :3], (nu[:, :3] - of_rates).T).T
+        return _pushed(self.packed, self._nominal, self._codes, nu, self.row_s)[0] - self._pushed
 
     def _late(self, delay_s: float) -> tuple[FloatArray, FloatArray]:
         """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now.
@@ -378,5 +392,5 @@ def _pushed(
     packed: PackedVehicle, vector: FloatArray, codes: FloatArray, nu: FloatArray, row_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Wrench (m, 6) and thrusts (m, n) of commands."""
-    acting = lagged(packed, vector, codes, row_s)
+    acting = lagged(vector, codes, row_s)
     return thruster_wrench(packed, acting, nu, vector=vector)

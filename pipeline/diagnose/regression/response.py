@@ -276,7 +276,6 @@ class Response(Ridge):
             return found
         states = [run.velocity[rows - 2], seen.rows.now]
         to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
-        # what it does to moments is small beside what is not known of them
         for k in own:
             size = asked.taken.get(k, _SLIGHTLY)
             slip = asked.late.get(k, np.zeros((len(run.velocity), 3)))
@@ -289,7 +288,8 @@ class Response(Ridge):
                 for state, wrong in zip(states, (before, now), strict=True)
             ]
             follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
-            found[:, k, :3] = later - follows[:, :3] / size
+            found[:, k] = -follows / size
+            found[:, k, :3] += later
         return found
 
     def _next(

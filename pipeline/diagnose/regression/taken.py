@@ -6,7 +6,7 @@ the size with which, as it is taken, the runs become most probable, on all grids
 change stands beside the same direction as it differs between any two runs, which is small.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from pipeline.diagnose.regression.grid import GridRun, all_at
 from pipeline.diagnose.regression.known import Learned, Reference
 from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.weigh import weighed
+from pipeline.types import FloatArray
 
 #: Single changes that are taken at their sizes, in so many rounds, but for small ones (in units).
 _LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.1
@@ -60,10 +61,8 @@ def with_sizes(
                 values = {every[k].parameter.name: every[k].value(size[k]) for k in one.which}
                 first = every[large[0]]
                 beside[one.name] = partners(claimed.packed, first, values, known.directions)
-            for k in (k for k in large if k < len(known.directions)):
-                found = _most_probable(known, [asked[run] for run in one.runs], k, size[k])
-                if found is not None:
-                    taken[k] = Added(every[k], found, k)
+            plain = [k for k in large if k < len(known.directions)]
+            taken |= _together(known, [asked[run] for run in one.runs], plain, size)
     added = (*taken.values(), *(one for own in beside.values() for one in own))
     grids = tuple(_beside(one, added) for one in known.grids)
     every = (*known.directions, *(one.direction for one in added))
@@ -95,46 +94,82 @@ def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
     )
 
 
+def _together(
+    known: Reference, asked: Asked, which: Sequence[int], size: Mapping[int, float]
+) -> dict[int, Added]:
+    """Take parameters of one effect at their sizes, each beside those before it.
+
+    Drag goes with the square of the speed: that of a current to the north and the east is not the
+    sum of both. Those that are in proportion to their size, beside others as alone, are left out.
+    """
+    found: dict[int, Added] = {}
+    before: tuple[Added, ...] = ()
+    for k in which:
+        plain = known.directions[k]
+        values = ((one.direction.parameter.name, one.direction.value(one.size)) for one in before)
+        own = Added(replace(plain, beside=tuple(values)), size[k], k)
+        best = _most_probable(known, asked, before, own)
+        if best is not None:
+            found[k] = own = replace(own, size=best)
+        before = (*before, own)
+    return found
+
+
 def _told_at(
-    known: Reference, asked: Asked, k: int, tried: float, *, grids: int
-) -> list[tuple[float, float]]:
-    """Information and score of a direction that is taken at a size, on so many grids."""
-    added = [Added(known.directions[k], tried, k)]
+    known: Reference, asked: Asked, added: Sequence[Added], *, grids: int
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Information (n, n) and score (n,) of directions that are taken at sizes, on so many grids."""
     runs = [all_at(one[:grids], added) for one in asked]
     found = []
     for learned, on_one in zip(known.grids[:grids], zip(*runs, strict=True), strict=True):
         more = _beside(learned, added)
+        last = slice(-len(added), None)
         both = [
             beyond_ordinary(one.tempered(more.ordinary.share), more.ordinary.width)
             for one in more.told(on_one)
         ]
-        own = sum(float(one[-1, -1]) for one, _ in both)
-        found.append((own, sum(float(one[-1]) for _, one in both)))
+        information = np.sum([one[last, last] for one, _ in both], axis=0)
+        found.append((information, np.sum([one[last] for _, one in both], axis=0)))
     return found
 
 
-def _most_probable(known: Reference, asked: Asked, k: int, size: float) -> float | None:
+def _most_probable(
+    known: Reference, asked: Asked, before: Sequence[Added], one: Added
+) -> float | None:
     """Seek the size of a direction from one that was found, up and down, then finely.
 
     None for a change in proportion to its size.
     """
-    low, high = known.directions[k].bounds
+    direction = one.direction
 
-    def evidence(tried: float) -> float:
-        both = _told_at(known, asked, k, tried, grids=len(known.grids))
-        return float(np.mean([score * tried - 0.5 * own * tried**2 for own, score in both]))
+    def at(tried: Added, grids: int) -> list[tuple[FloatArray, FloatArray]]:
+        return _told_at(known, asked, (*before, tried), grids=grids)
 
-    sizes_tried = (size, 0.5 * size, known.directions[k].side)
-    at = [_told_at(known, asked, k, one, grids=1)[0] for one in sizes_tried]
-    whole, *others = (score / max(own, 1e-12) for own, score in at)
-    if all(abs(one - whole) <= _BENT * abs(whole) for one in others):
+    def evidence(size: float) -> float:
+        sizes = np.array([*(other.size for other in before), size])
+        both = at(replace(one, size=size), len(known.grids))
+        return float(np.mean([score @ sizes - 0.5 * sizes @ own @ sizes for own, score in both]))
+
+    def estimate(tried: Added) -> float:
+        (own, score) = at(tried, 1)[0]
+        return float(np.linalg.lstsq(own, score, rcond=None)[0][-1])
+
+    sizes = (one.size, 0.5 * one.size, direction.side)
+    alone = replace(one, direction=replace(direction, beside=()))
+    whole, *others = (estimate(tried) for tried in (*(replace(one, size=s) for s in sizes), alone))
+    if all(abs(other - whole) <= _BENT * abs(whole) for other in others):
         return None
+    return _highest(evidence, one.size, direction.bounds)
+
+
+def _highest(evidence: Callable[[float], float], size: float, bounds: tuple[float, float]) -> float:
+    """Climb from a size to the highest evidence, coarsely and then finely."""
     best, value = size, evidence(size)
     for step in _STEPS:
         for factor in (step, 1.0 / step):
             moved = False
             while True:
-                tried = min(max(best * factor, low), high)
+                tried = min(max(best * factor, bounds[0]), bounds[1])
                 if tried == best or abs(tried) < _LEAST_SIZE:
                     break
                 more = evidence(tried)
