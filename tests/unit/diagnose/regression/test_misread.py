@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
+from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.file_step import file_step
 from pipeline.diagnose.regression.grid import on_grids
 from pipeline.diagnose.regression.misread import misread
 from pipeline.diagnose.regression.response import Response
 from pipeline.diagnose.regression.ridge import BENT, STIFF
-from pipeline.effects.library import apply_effects
+from pipeline.effects.library import apply_effects, candidates
 from pipeline.effects.specification import EffectSpec
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import pack_vehicle
 from pipeline.simulate.sensors import measure
+from pipeline.vehicle.load import load_vehicle
 
 ERRORS = (
     EffectSpec("dvl_scale", {"scale": 1.2}),
@@ -82,3 +85,24 @@ def test_what_follows_of_a_reading_is_told_of_its_error(error: EffectSpec) -> No
         assert value - one.parameter.neutral == pytest.approx(
             truth - one.parameter.neutral, rel=0.25
         )
+
+
+def test_thrust_is_claimed_at_the_velocity_that_is_read() -> None:
+    """A DVL that reads too much claims less thrust, of a thruster whose thrust falls with speed."""
+    vehicle = load_vehicle(bundled_vehicle("remus100"))
+    packed, sensors = pack_vehicle(vehicle), vehicle.sensors
+    assert sensors is not None
+    flown = fly(packed, MANOEUVRES["straight"].plan(packed, 1.0, 20.0))
+    run = table_of_log(measure(flown, packed, sensors), sensors)
+    found = directions_of(vehicle, packed, candidates(packed.context))
+    scale = next(one for one in found if one.effect.id == "dvl_scale")
+    (grid,) = on_grids(packed, run, sensors, (), [0.2])
+    claimed = grid.claimed
+    assert claimed is not None
+    size = 0.2 / scale.unit_size
+    wrench = size * claimed.departure(scale, size).wrench[:, 0]
+    speed_mps, thrust_n = claimed.motion.nu[:, 0], claimed.wrench[:, 0]
+    ahead = (speed_mps > 0.1) & (thrust_n > 0.5)
+    assert ahead.sum() > 20
+    assert np.all(wrench[ahead] > 0.0)
+    assert np.all(wrench[ahead] < thrust_n[ahead])

@@ -268,6 +268,26 @@ def test_force_that_sound_runs_hardly_had_moves_a_vehicle_as_its_file_says() -> 
     assert abs(gains[0] - PUSH * PERIOD_S) > PUSH * PERIOD_S
 
 
+def test_force_that_no_sound_run_had_moves_a_vehicle_as_its_file_says() -> None:
+    """No thruster rolls it; a centre of mass beside the middle does."""
+    runs = [flown(seed) for seed in range(4)]
+    for run in runs:
+        run.wrench[:, 0] = 0.0
+    told = Response(runs, BENT[0], file=as_known)
+    gain = float(told.force.reshape(-1, 6, 2)[:, 0, 0].sum())
+    assert gain == pytest.approx(PUSH * PERIOD_S, rel=0.05)
+
+
+def test_force_along_another_axis_takes_nothing_from_that_along_the_own() -> None:
+    """A thruster off the middle pushes and heaves at once: what moves it ahead is the push."""
+    runs = [flown(seed) for seed in range(4)]
+    for run in runs:
+        run.wrench[:, 2] = 0.3 * run.wrench[:, 0]
+    told = Response(runs, BENT[0], file=as_known)
+    gain = told.force.reshape(-1, 6, 2)[0, 0, 0]
+    assert gain == pytest.approx(PUSH * PERIOD_S, rel=0.05)
+
+
 def test_it_may_start_from_a_motion_that_is_known() -> None:
     """What the first guess has right is not learned, and its answer to force is kept."""
     runs = [flown(seed) for seed in range(4)]

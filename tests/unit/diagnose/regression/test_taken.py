@@ -9,7 +9,7 @@ from pipeline.diagnose.coordinates import Added, partners
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.held_out import FileModel
-from pipeline.diagnose.regression.known import learned
+from pipeline.diagnose.regression.known import by_file, learned
 from pipeline.diagnose.regression.taken import with_sizes
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
@@ -76,6 +76,48 @@ def test_mass_volume_and_place_of_a_module_make_the_whole_of_it() -> None:
     assert more == pytest.approx(mass_of(changed) - mass_of(case.packed.vector), abs=1e-6)
     (whole,) = all_at([grid], added)
     assert whole.added.more.shape[1] == len(added)
+
+
+def test_a_current_to_the_north_and_the_east_is_taken_as_one() -> None:
+    """Drag goes with the square of the speed: the whole is not the sum of both."""
+    current = {"north_mps": 0.35, "east_mps": -0.25}
+    case = small_case(
+        (f"current:{','.join(f'{name}={value}' for name, value in current.items())}",),
+        manoeuvres=("prbs", "surge_steps"),
+        seconds=24.0,
+        effects=("current", "quadratic_damping"),
+    )
+    known = by_file(case)
+    periods = [one.response.period_s for one in known.grids]
+    grids = [
+        on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
+        for run in case.runs
+    ]
+    _, added = with_sizes(known, grids, ())
+    taken = {one.direction.parameter.name: one for one in added}
+    assert set(taken) >= set(current)
+    (name, beside), *_ = taken["east_mps"].direction.beside or taken["north_mps"].direction.beside
+    assert beside == pytest.approx(current[name], rel=0.3)
+    changed = settled(
+        apply_effects(case.packed.vector, [EffectSpec("current", current)], case.packed.context)
+    )
+    claimed = grids[0][0].claimed
+    assert claimed is not None
+    whole = -demanded(case.packed, changed, claimed.motion, still=True)
+    whole += demanded(case.packed, settled(case.packed.vector), claimed.motion, still=True)
+    sizes = {name: current[name] / one.direction.unit_size for name, one in taken.items()}
+    first = next(one for one in taken.values() if not one.direction.beside)
+    other = next(one for one in taken.values() if one is not first)
+    own = (first.direction.parameter.name, current[first.direction.parameter.name])
+    parts = [
+        (one.direction, sizes[one.direction.parameter.name])
+        for one in (first, replace(other, direction=replace(other.direction, beside=(own,))))
+    ]
+    total = sum(size * claimed.departure(one, size).wrench for one, size in parts)
+    assert total == pytest.approx(whole, abs=1e-6)
+    apart = [(replace(one, beside=()), size) for one, size in parts]
+    total = sum(size * claimed.departure(one, size).wrench for one, size in apart)
+    assert total != pytest.approx(whole, rel=0.05)
 
 
 @pytest.mark.slow
