@@ -106,13 +106,12 @@ def _intervals(
     None where too few blocks are there, or next to no gap in most that are drawn.
     """
     length = max(round(_BLOCK_S / period_s), 1)
-    sums = []
+    every = []
     for pair in zip(before, after, strict=True):
-        count = len(pair[0]) // length
-        shape = (count, length, len(floors))
-        cut = [one[: count * length].reshape(shape) for one in pair]
-        sums.append(np.stack([np.mean(np.square(one), axis=1) for one in cut], axis=1))
-    blocks = np.concatenate(sums) / floors**2
+        squares = np.square(np.stack(pair, axis=1))
+        count = len(squares) // length
+        every += [one.mean(axis=0) for one in np.array_split(squares, max(count, 1))[:count]]
+    blocks = np.array(every).reshape(-1, 2, len(floors)) / floors**2
     if len(blocks) < _FEWEST_BLOCKS:
         return None, [None] * len(floors)
     drawn = np.random.default_rng(0).integers(0, len(blocks), (_RESAMPLINGS, len(blocks)))
