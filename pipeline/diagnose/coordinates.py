@@ -24,6 +24,8 @@ _UNIT_SHARE = 0.5
 _FARTHEST = 5.0
 #: Share of the plausible range that shows whether a parameter acts.
 _SMALL = 0.01
+#: Steps to the last departure that leaves a vehicle.
+_HALVINGS = 20
 #: Departure at which that is taken which does nothing by itself.
 _SLIGHTLY = 0.2
 
@@ -35,7 +37,8 @@ class Coordinate:
     Departures are counted in `unit_size`, half way from neutral to the far end of the plausible
     range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
     file states for it, in the same count (0: the file says nothing of it). `beside` are the other
-    parameters without which it does nothing: where a module sits says something once it has a mass.
+    parameters beside which it is taken: where a module sits says something once it has a mass.
+    Beyond `valid` no vehicle is left: nothing heavier than it can be taken off.
     """
 
     effect: Effect
@@ -44,6 +47,7 @@ class Coordinate:
     unit_size: float
     ordinary: float
     beside: tuple[tuple[str, float], ...] = ()
+    valid: tuple[float, float] = (-_FARTHEST, _FARTHEST)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -58,8 +62,8 @@ class Coordinate:
         low = least if low < neutral else neutral
         high = most if high > neutral else neutral
         return (
-            max((low - neutral) / self.unit_size, -_FARTHEST),
-            min((high - neutral) / self.unit_size, _FARTHEST),
+            max((low - neutral) / self.unit_size, self.valid[0]),
+            min((high - neutral) / self.unit_size, self.valid[1]),
         )
 
     @property
@@ -109,7 +113,8 @@ def coordinates(
                 ordinary = _ordinary(effect.id, parameter, packed, uncertainty) / unit
                 one = Coordinate(effect, parameter, target, unit, ordinary)
                 if _acts(packed, one):
-                    found.append(one)
+                    low, high = (_valid(packed, one, end) for end in one.bounds)
+                    found.append(replace(one, valid=(low, high)))
     return tuple(found)
 
 
@@ -176,6 +181,28 @@ def _acts(packed: PackedVehicle, one: Coordinate) -> bool:
     except (CannotComputeError, InputError):
         return True
     return not np.array_equal(changed, without)
+
+
+def _valid(packed: PackedVehicle, one: Coordinate, end: float) -> float:
+    """Return the departure next to `end` that leaves a vehicle, from neutral on."""
+
+    def leaves(departure: float) -> bool:
+        values = {**dict(one.beside), one.parameter.name: one.value(departure)}
+        try:
+            apply_effects(
+                packed.vector, [EffectSpec(one.effect.id, values, one.target)], packed.context
+            )
+        except (CannotComputeError, InputError):
+            return False
+        return True
+
+    if leaves(end) or not leaves(0.0):
+        return end
+    within = 0.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (within + end)
+        within, end = (middle, end) if leaves(middle) else (within, middle)
+    return within
 
 
 def _ordinary(
