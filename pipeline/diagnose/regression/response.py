@@ -265,31 +265,42 @@ class Response(Ridge):
             E x(t + T) - [f(x(t), x(t - T)) - f(x(t) - E x(t), x(t - T) - E x(t - T))]
 
         with x velocities and rates. Velocities are what is predicted from those now: their noise
-        then takes itself off, while that of readings to come would pass for motion. An error of
-        the mount turns a fast vehicle's speed into a drift whose drag is not in proportion to it:
-        it is taken at its size.
+        then takes itself off, while that of readings to come would pass for motion. Rates are no
+        readings of them, and what a velocity now does to these is that of one predicted before:
+        the noise of a reading stands in what it leaves of the rates, too. An error of the mount
+        turns a fast vehicle's speed into a drift whose drag is not in proportion to it: it is taken
+        at its size.
         """
         run, rows, ahead = seen.rows.run, seen.rows.rows, seen.predicted
         found = np.zeros((rows.size, len(asked.misread), len(self.channels)))
         own = {*np.flatnonzero(np.any(asked.misread, axis=(1, 2))).tolist(), *asked.late}
         if not own or self.channels != CHANNELS:
             return found
-        states = [run.velocity[rows - 2], seen.rows.now]
+        before, now = run.velocity[rows - 2], seen.rows.now
         to_come = np.hstack([ahead[:, :3], run.velocity[rows, 3:]])
+        expected = now.copy()
+        expected[1:, :3] = ahead[:-1, :3]
+        as_expected = self._next(fit, (expected, before), run, rows)
         for k in own:
             size = asked.taken.get(k, _SLIGHTLY)
             slip = asked.late.get(k, np.zeros((len(run.velocity), 3)))
-            before, now, later = (
+            wrong = [
                 state @ asked.misread[k].T + slip[at]
-                for state, at in zip((*states, to_come), (rows - 2, rows - 1, rows), strict=True)
-            )
-            true = [
-                np.hstack([state[:, :3] - size * wrong, state[:, 3:]])
-                for state, wrong in zip(states, (before, now), strict=True)
+                for state, at in (
+                    (before, rows - 2),
+                    (now, rows - 1),
+                    (expected, rows - 1),
+                    (to_come, rows),
+                )
             ]
-            follows = ahead - self._next(fit, (true[1], true[0]), run, rows)
-            found[:, k] = -follows / size
-            found[:, k, :3] += later
+            earlier, true, likely = (
+                np.hstack([state[:, :3] - size * off, state[:, 3:]])
+                for state, off in zip((before, now, expected), wrong, strict=False)
+            )
+            follows = ahead - self._next(fit, (true, earlier), run, rows)
+            found[:, k, :3] = wrong[-1] - follows[:, :3] / size
+            follows = as_expected - self._next(fit, (likely, earlier), run, rows)
+            found[:, k, 3:] = -follows[:, 3:] / size
         return found
 
     def _next(
