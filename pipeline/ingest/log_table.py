@@ -19,10 +19,11 @@ from pipeline.ingest.cells import is_number
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import TABLE, LogFacts, TableLog, TopicTable
 from pipeline.ingest.message_fields import LETTERS
-from pipeline.ingest.pool_run_plan import BY_HEADS, in_number_order
+from pipeline.ingest.pool_run_plan import BY_HEADS
 from pipeline.ingest.quantities import KNOWN_UNITS, NO_UNIT, known_unit, same_quantities
 from pipeline.ingest.table_times import time_column, times_of
 from pipeline.ingest.text_table import delimiter_of, encoding_of
+from pipeline.ingest.thruster_names import in_number_order
 from pipeline.records.pool_schema import UNITS, PoolChannel
 
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])]|,(?P<after>[^,]*))\s*")

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units
-from pipeline.ingest.pool_run_plan import Plan, thrusters_named
+from pipeline.ingest.pool_run_plan import Plan
 from pipeline.ingest.quantities import QUANTITIES
+from pipeline.ingest.thruster_names import thrusters_named
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_table import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray

@@ -20,12 +20,11 @@ from pipeline.ingest.pool_run_plan import (
     NotThereError,
     Plan,
     TopicFound,
-    in_number_order,
     is_through_water,
     plan_channel,
-    thrusters_named,
 )
 from pipeline.ingest.quantities import PER_THRUSTER, same_quantities
+from pipeline.ingest.thruster_names import in_number_order, thrusters_named
 from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
 from pipeline.vehicle.schema import Vehicle
 
