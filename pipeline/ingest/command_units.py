@@ -152,19 +152,26 @@ def _score(columns: Sequence[FloatArray], begin: float, middle: float, *, one_wa
 def _with_pulse(
     guessed: GuessedUnit, columns: Sequence[FloatArray], first: set[float], pwm: PulseWidth
 ) -> GuessedUnit:
-    """Doubt pulse widths that begin and dwell at their shortest, and hardly at the neutral one."""
+    """Doubt pulse widths that begin and dwell at others than the neutral one.
+
+    At their shortest, or at one of all thrusters that some of them leave to both sides.
+    """
     pulses = [one[one > 0.0] for one in columns]
     every = np.concatenate(pulses)
     near = np.abs(every - pwm.neutral_us) <= _AT * pwm.half_range_us
     shortest = float(every.min(initial=np.inf))
-    dwells = all((one <= shortest + 1.0).mean() > _DWELLS for one in pulses if one.size)
-    begins = first == {shortest} and shortest < pwm.neutral_us
-    if near.mean() > _PASSES or not dwells or not begins or np.ptp(every) == 0.0:
+    begin = first.pop() if len(first) == 1 else np.nan
+    is_least = begin == shortest and shortest < pwm.neutral_us
+    leaves = begin - shortest > _AT * pwm.half_range_us < float(every.max(initial=0.0)) - begin
+    most = _DWELLS if is_least else _PASSES
+    dwells = all((np.abs(one - begin) <= 1.0).mean() > most for one in pulses if one.size)
+    off = abs(begin - pwm.neutral_us) > _AT * pwm.half_range_us
+    if near.mean() > _PASSES or not (dwells and off and (is_least or leaves)):
         return guessed
     unclear = (
-        f"it begins and dwells at {shortest:g} us, not at {pwm.neutral_us:g} us: either "
-        f"rest is {pwm.neutral_us:g} us and all thrusters push astern, or rest is {shortest:g} us; "
-        f"pool: pwm_range: {{neutral_us: {shortest:g}, half_range_us: ...}}"
+        f"it begins and dwells at {begin:g} us, not at {pwm.neutral_us:g} us: either "
+        f"rest is {pwm.neutral_us:g} us and all thrusters push there, or rest is {begin:g} us; "
+        f"pool: pwm_range: {{neutral_us: {begin:g}, half_range_us: ...}}"
     )
     return replace(guessed, unclear=unclear)
 

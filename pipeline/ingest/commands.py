@@ -3,12 +3,14 @@
 import re
 from collections.abc import Collection, Iterator, Sequence
 
+import numpy as np
+
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_table import Reading, Table
 from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.rows import listed
-from pipeline.ingest.unit_text import is_percent
+from pipeline.ingest.unit_text import parts_of_whole
 from pipeline.ingest.vocabulary import plain, words_of
 from pipeline.vehicle.schema import Vehicle
 
@@ -30,6 +32,9 @@ _NEUTRAL_SHARE = 0.1
 #: neutral.
 _FALLS_TO = 0.8
 
+#: Of half the range: pulses evenly about another middle than the neutral one; the least of them.
+_OFF, _LEAST_PULSES, _TINY = 0.01, 7, 1e-12
+
 _THROTTLE = words_of("groups", "throttle")
 
 
@@ -42,7 +47,7 @@ def command_in_codes(table: Table) -> Iterator[Problem]:
         scale, note = _command_scale(table, [code for _, code in codes])
         if note is not None:
             yield note
-        elif not is_percent(table.block.columns["code"].unit):
+        elif not parts_of_whole(table.block.columns["code"].unit):
             yield from _fractional_codes(table, codes)
 
     def with_code(one: Reading) -> Reading:
@@ -68,9 +73,9 @@ def _command_scale(table: Table, codes: Sequence[float]) -> tuple[float, Problem
     fractions = any(not code.is_integer() for code in codes)
     throttle = any(plain(word) in plain(column.header).split() for word in _THROTTLE)
     header = shorten(column.header)
-    if is_percent(column.unit):
+    if whole := parts_of_whole(column.unit):
         if not 0.0 < largest <= 1.0:
-            return code_max / 100.0, percent_note(place, code_max)
+            return code_max / whole, percent_note(place, code_max, whole)
         return float(code_max), place.warning(
             f"code is in per cent, but no value is above {largest:g}: these look like shares, "
             f"as a cell that shows 100 % holds 1. So 1 is taken for code {code_max}.",
@@ -86,8 +91,10 @@ def _command_scale(table: Table, codes: Sequence[float]) -> tuple[float, Problem
     return 1.0, None
 
 
-def percent_note(place: Place, code_max: int) -> Problem:
-    """Say what a code in per cent is taken for."""
+def percent_note(place: Place, code_max: int, whole: int = 100) -> Problem:
+    """Say what a code in per cent, or per mille, is taken for."""
+    if whole == 1000:
+        return place.note(f"code is in per mille: 1000 ‰ is taken for code {code_max}.")
     return place.note(f"code is in per cent: 100 % is taken for code {code_max}.")
 
 
@@ -212,6 +219,11 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
             f"at {nearest:g} us, next to {pwm.neutral_us:g} us that is taken for neutral, {name} "
             f"is {at_nearest:.3g} {unit}, and at {low:g} us {at_low:.3g} {unit}"
         )
+    elif not stated and said is None and (middle := _other_middle(pairs, pwm.neutral_us)):
+        why = (
+            f"pulse widths lie evenly about {middle:g} us, and so does the thrust; "
+            f"{pwm.neutral_us:g} us is assumed for rest"
+        )
     elif stated and said not in {None, ends}:
         yield place.warning(
             f"the heading says pulse widths of another range than vehicle.yaml, {taken}."
@@ -245,6 +257,32 @@ def pwm_problems(table: Table) -> Iterator[Problem]:
             + (" # one way: it rests at the shortest pulse" if one_way else ""),
         )
     )
+
+
+def _other_middle(pairs: Sequence[tuple[float, float]], neutral_us: float) -> float | None:
+    """Return the middle of pulse widths where it, and no neutral one, is where thrust rests.
+
+    Two things must say so: the pulses (width, size of what was measured) are as many and as far on
+    both sides of it, and sizes are alike there that are not alike about the neutral one.
+    """
+    widths = np.unique([width for width, _ in pairs])
+    middle = float(widths[0] + widths[-1]) / 2.0
+    half = float(widths[-1]) - middle
+    if abs(middle - neutral_us) < _OFF * half or np.ptp(widths + widths[::-1]) > 2.0 * _OFF * half:
+        return None
+    sizes = np.array([np.mean([one for at, one in pairs if at == width]) for width in widths])
+
+    def unlike(about: float) -> float:
+        """Return how far the two sides are from being in one proportion."""
+        reach = min(float(widths[-1]) - about, about - float(widths[0]))
+        steps = np.linspace(0.2, 1.0, 9) * reach
+        ahead, astern = (np.interp(about + sign * steps, widths, sizes) for sign in (1.0, -1.0))
+        factor = float(ahead @ astern) / max(float(astern @ astern), _TINY)
+        size = float(np.linalg.norm(ahead))
+        return float(np.linalg.norm(ahead - factor * astern)) / max(size, _TINY)
+
+    is_rest = widths.size >= _LEAST_PULSES and 2.0 * unlike(middle) < unlike(neutral_us)
+    return middle if is_rest else None
 
 
 def _range_in_text(text: str) -> tuple[float, float] | None:

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pipeline.ingest.cells import Cell, Row, Sheet, column_letter, is_number, is_text
-from pipeline.ingest.unit_text import is_percent, normalise_unit
+from pipeline.ingest.unit_text import normalise_unit, parts_of_whole
 from pipeline.ingest.vocabulary import (
+    FIRST_RANK,
     MANY_MEANINGS,
     HeaderText,
     Vocabulary,
@@ -29,6 +30,8 @@ ELECTRICAL = "electrical_shaft_speed"
 _OTHER_MEANINGS = words_of("groups", "other_meanings")
 #: What a column with a unit and an unknown name scores: less than any name.
 _BY_UNIT = 8
+#: And one that is called measured, actual or mean and nothing else.
+_MEASURED, _FIRST_RANK = 95, frozenset(map(plain, FIRST_RANK))
 #: What a name scores whose unit is of something else: less than any column that may be read.
 _MISFIT = 1
 #: What a column scores that vehicle.yaml states.
@@ -198,7 +201,7 @@ def _scores(
         bare = replace(header, name=_strip_words(header.name, split_words))
         for quantity, words in vocabulary.items():
             score = max(name_score(header, words), name_score(bare, words) - 1)
-            share = quantity == "pwm" and header.unit is not None and is_percent(header.unit)
+            share = quantity == "pwm" and parts_of_whole(header.unit or "") > 0
             if share and score > 0 and "code" in vocabulary:
                 # a pulse width in per cent is a share of full throttle
                 scores.append((score, "code", header))
@@ -216,8 +219,10 @@ def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, 
         return ()
     if is_other(header, _OTHER_MEANINGS):
         return ()
+    # "Measured (N)" names no quantity, and is not beaten by one that is not said to be measured
+    score = _MEASURED if plain(header.name) in _FIRST_RANK else _BY_UNIT
     return tuple(
-        (_BY_UNIT, quantity, header)
+        (score, quantity, header)
         for quantity, words in vocabulary.items()
         if words.by_unit and unit_fits(header.unit, words) and not is_other(header, words.never)
     )

@@ -48,6 +48,7 @@ def mend_log_times(data: Topics, place: Place, said: list[Problem]) -> Topics:
         return _by_stamps(data, place, said)
     if factor != 1.0:
         return _in_nanoseconds(data, factor, place, said)
+    data = _topics_at_one_time(data, times, place, said)
     return _until_the_clock_was_set(data, times, place, said)
 
 
@@ -124,6 +125,27 @@ def _by_stamps(data: Topics, place: Place, said: list[Problem]) -> Topics:
     )
     said.append(place.warning(what, remedy="Check the recorder's clock."))
     return {**data, **moving}
+
+
+def _topics_at_one_time(
+    data: Topics, times: FloatArray, place: Place, said: list[Problem]
+) -> Topics:
+    """Take the stamps of topics that were logged at one time each, if they are of the run."""
+    mended, names = dict(data), []
+    for topic, one in data.items():
+        stamps = _stamps(one)
+        if stamps.size < _FEW or np.ptp(one.log_time_ns) > 0 or np.ptp(stamps) == 0:
+            continue
+        if times.min() - 1e9 <= stamps.min() and stamps.max() <= times.max() + 1e9:
+            mended[topic] = replace(one, log_time_ns=stamps)
+            names.append(topic)
+    if names:
+        what = (
+            f"all messages of {', '.join(names)} were logged at one time: their stamps are taken "
+            "for the times of the log."
+        )
+        said.append(place.warning(what, remedy="Check the recorder's clock."))
+    return mended
 
 
 def _factor(data: Topics, middle_ns: float) -> float:

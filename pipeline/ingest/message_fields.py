@@ -36,6 +36,8 @@ LETTERS = {"A": 1.0, "V": 0.0}
 #: So many times as much is another quality, or roughness; fewer readings say nothing of it; of more
 #: values a status has none.
 _UNUSUAL, _LEAST_ODD, _LEAST_WEIGHED, _MOST_STATES = 3.0, 3, 20, 4
+#: Share of the steps between readings that a jump goes beyond.
+_MOST_STEPS = 0.95
 #: Numbers that stand for words are above it: no reading is as large.
 _WORDS_ABOVE = 1e16
 
@@ -201,7 +203,9 @@ class Flag:
 
 
 def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> BoolArray:
-    """Find readings (k, m) with another status or quality than usual that are rougher, or stand.
+    """Find readings (k, m) with another status or quality than usual that are unlike the others.
+
+    They are rougher, stand still, or are jumped into and out of.
 
     Whether a status of 1 is good or bad, or how much a figure of merit may be, is not asked. What
     a name does not say to be of validity may be of the motion, in which readings are not noise.
@@ -232,9 +236,14 @@ def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> Bool
         if np.isfinite(rough[odd]).sum() < _LEAST_ODD:
             continue
         among_odd, among_usual = (float(np.nanmedian(rough[rows])) for rows in (odd, usual))
+        # no vehicle jumps: what does wherever the state changes is of another kind, as a velocity
+        # through the water is, however smooth
+        borders = step[1:][odd[1:] != odd[:-1]]
+        most = _UNUSUAL * float(np.nanquantile(step[usual], _MOST_STEPS))
+        jumps = min(among_odd, among_usual) > 0.0 and bool((borders > most).all())
         is_noise = by_name or among_odd > float(np.nanmedian(step[odd]))
         stands = by_name and among_odd == 0.0 < among_usual
-        if stands or (is_noise and among_odd > _UNUSUAL * among_usual):
+        if jumps or stands or (is_noise and among_odd > _UNUSUAL * among_usual):
             left_out |= odd
     return left_out
 

@@ -18,6 +18,8 @@ _FASTEST_TIP_MPS = 40.0
 _MOST_ADVANCE, _HARD, _UNDER_WAY_MPS, _LEAST_ROWS = 1.8, 0.5, 0.3, 100
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5
+#: Correlations of a shaft's speed with its own command and with another's that say whose it is.
+_LEAST_FOLLOWED, _FOLLOWED = 0.5, 0.95
 #: Share of the fastest shaft's speed below which another's is noise about zero.
 _NOISE = 0.05
 
@@ -83,6 +85,10 @@ def shafts_against_commands(run: PoolRun, table: RunTable) -> Iterator[Problem]:
     for i in both:
         rows = np.isfinite(code).all(axis=1) & np.isfinite(speed[:, i])
         what = _contradiction(code[rows, i], speed[rows, i])
+        follows = _followed(code[rows], speed[rows, i])
+        best = max(both, key=lambda j: follows[j])
+        if not what and follows[i] < _LEAST_FOLLOWED and follows[best] > _FOLLOWED:
+            what = f"it does not follow it (correlation {follows[i]:.2f})"
         if not what:
             continue
         better = [
@@ -91,6 +97,7 @@ def shafts_against_commands(run: PoolRun, table: RunTable) -> Iterator[Problem]:
             if j != i
             and not _contradiction(code[rows, j], speed[rows, i])
             and code[rows, j].std() > 0
+            and follows[j] >= min(follows[best], _FOLLOWED)
         ]
         hint = f" It follows the command of {' or '.join(better)}." if len(better) == 1 else ""
         yield run.place.warning(
@@ -98,6 +105,25 @@ def shafts_against_commands(run: PoolRun, table: RunTable) -> Iterator[Problem]:
             remedy="Check the order of the elements and the signs of both channels in "
             "vehicle.yaml.",
         )
+
+
+def _followed(code: FloatArray, speed: FloatArray) -> list[float]:
+    """Correlation of a shaft's speed (k,) with each command (k, n), both over a second.
+
+    Of their sizes where that is more: a tachometer may not know the direction.
+    """
+    if len(speed) <= TABLE_HZ:
+        return [0.0] * code.shape[1]
+    found = []
+    for one in code.T:
+        pairs = [
+            (_over_a_second(x), _over_a_second(y))
+            for x, y in ((one, speed), (np.abs(one), np.abs(speed)))
+        ]
+        found.append(
+            max(float(np.corrcoef(x, y)[0, 1]) if x.std() and y.std() else 0.0 for x, y in pairs)
+        )
+    return found
 
 
 def _idle(i: int, code: FloatArray, speed: FloatArray) -> bool:

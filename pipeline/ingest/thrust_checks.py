@@ -35,6 +35,8 @@ _LEAST_POINTS = 4
 #: Neighbouring codes give thrust within this factor, where it is above a twentieth of the largest.
 _JUMP = 8.0
 _CLEAR = 0.05
+#: What is left of the thrust where another unit or setting begins; and it grows as much on.
+_STEP = 0.65
 #: Readings at one code that lie further apart than this share are of two characteristics.
 _APART = 0.12
 _LEAST_CODES = 4
@@ -130,7 +132,7 @@ def shape_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | Non
     used = [point for point in points if not point.marks and point.code != 0.0]
     for sign in (1.0, -1.0):
         own = [point for point in used if sign * point.code > 0.0]
-        for check in (_fall, _two_values, _rests_elsewhere) if own else ():
+        for check in (_fall, _step_down, _two_values, _rests_elsewhere) if own else ():
             if (found := check(table, own, sign)) is not None:
                 return found
     return None
@@ -152,6 +154,30 @@ def _fall(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem 
                 'Correct the numbers, or mark the rows with "#" in column A.',
             )
         last = point
+    return None
+
+
+def _step_down(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+    """Look for thrust that falls at one code and grows on from there, as in another unit.
+
+    One bad reading is back where it was at the next code; an overloaded supply grows no more.
+    """
+    size = _by_code(points)
+    codes = sorted(size, key=abs)
+    thrust = np.array([sign * size[code] for code in codes])
+    for at in range(1, len(codes) - 2):
+        before, here, after = thrust[at - 1], thrust[at], thrust[at + 1 :]
+        falls = before > _CLEAR * thrust.max() and here < _STEP * before
+        if falls and here < after[0] < before and after[-1] > here / _STEP:
+            row = next(one.source.row for one in points if one.code == codes[at])
+            return table.at(row, "thrust").error(
+                f"thrust falls from {before:.3g} N at code {codes[at - 1]:g} to {here:.3g} N at "
+                f"code {codes[at]:g} and grows on from there, as in another unit or with another "
+                "setting. So the table was left out.",
+                "one characteristic in a table.",
+                'Correct the numbers, mark the rows with "#" in column A, or write each part on a '
+                "sheet of its own.",
+            )
     return None
 
 

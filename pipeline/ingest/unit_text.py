@@ -185,13 +185,13 @@ def factor(unit_text: str, quantity: str) -> float:
     )
 
 
-def is_percent(unit: str) -> bool:
-    """Tell whether a unit text is per cent, however it is written.
+def parts_of_whole(unit: str) -> int:
+    """Return how many make the whole: 100 for per cent, 1000 for per mille, 0 for other units.
 
-    >>> is_percent("%"), is_percent("проц"), is_percent("-"), is_percent("N m")
-    (True, True, False, False)
+    >>> parts_of_whole("%"), parts_of_whole("проц"), parts_of_whole("‰"), parts_of_whole("-")
+    (100, 100, 1000, 0)
     """
     try:
-        return _find(unit, "ratio") == "percent"
+        return {"percent": 100, "permille": 1000}.get(_find(unit, "ratio") or "", 0)
     except UnitTextError:
-        return False
+        return 0

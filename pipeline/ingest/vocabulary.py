@@ -197,10 +197,10 @@ def _split_words(text: str) -> tuple[HeaderText, ...]:
             if unit is None or not name or unit in {"-", "1"}:
                 continue
             reading = HeaderText(name, unit)
-            # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the
-            # K_T of "Thrust coefficient K_T", read as knots.
-            one_letter = len(normalise_unit(unit).replace("*", "")) <= (2 if "_" in tail else 1)
-            return (reading, HeaderText(text)) if one_letter else (reading,)
+            # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the KT
+            # of "Thrust coefficient KT", read as knots.
+            is_short = len(normalise_unit(unit).replace("*", "")) <= 2
+            return (reading, HeaderText(text)) if is_short else (reading,)
     return (HeaderText(text),)
 
 

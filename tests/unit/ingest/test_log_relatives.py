@@ -357,6 +357,14 @@ def test_a_share_whose_rest_is_not_seen(lowest: float, told: bool, tmp_path: Pat
     assert ("its rest is not seen" in said(run)) is told
 
 
+def test_a_topic_that_was_logged_at_one_time_is_placed_by_its_stamps(tmp_path: Path) -> None:
+    at_once = [START_NS + SECOND_NS] * len(TIMES)
+    imu = imu_topic(at_once, 0.1 * EULER, stamps_ns=TIMES)
+    run = read(tmp_path, [imu, number("/depth", DEPTH)])
+    np.testing.assert_array_equal(run.channels["angular_velocity"].time_ns, TIMES)
+    assert "/imu/data were logged at one time" in said(run)
+
+
 @pytest.mark.parametrize("empty", [{}, {"state": "init"}])
 def test_a_field_that_comes_late_and_numbers_written_as_texts(
     empty: dict[str, str], tmp_path: Path

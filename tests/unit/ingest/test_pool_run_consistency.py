@@ -131,6 +131,19 @@ def test_shaft_speeds_of_another_thruster(tmp_path: Path, change: list[int], say
     assert says in warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes[:, change])])
 
 
+@pytest.mark.parametrize("swap", [False, True])
+def test_shaft_speeds_of_another_thruster_whose_few_commands_are_held(
+    swap: bool, tmp_path: Path
+) -> None:
+    """Few steps say little of how one speed follows its command, and all of whose it is."""
+    steps = np.random.default_rng(4).uniform(30.0, 90.0, (8, 4))
+    codes = np.repeat(steps, 500, axis=0)
+    shafts = codes[:, [1, 0, 2, 3]] if swap else codes
+    text = warnings_of(tmp_path, [codes_topic(codes.tobytes()), shaft_topic(shafts)])
+    assert ("It follows the command of starboard" in text) is swap
+    assert ("contradicts its command" in text) is swap
+
+
 @pytest.mark.parametrize(("smallest", "odd"), [(30.0, False), (0.0, True)])
 def test_a_shaft_that_reads_noise_in_the_dead_zone(
     tmp_path: Path, smallest: float, odd: bool

@@ -120,6 +120,39 @@ def test_what_a_dvl_thinks_of_its_velocity(flag: str, bad: bool, tmp_path: Path)
     np.testing.assert_array_equal(left_out, odd & bad)
 
 
+@pytest.mark.parametrize(
+    ("name", "usual", "odd"),
+    [("mode", "BT", "WT"), ("reference", 1, 2), ("over_ground", True, False)],
+)
+@pytest.mark.parametrize("current", [0.0, 0.15])
+def test_a_velocity_that_jumps_where_a_state_changes(
+    name: str, usual: object, odd: object, current: float, tmp_path: Path
+) -> None:
+    """Through the water it is as smooth as over the ground."""
+    water = (T > 6.0) & (T < 9.0)
+    values = np.stack([0.4 + 0.1 * np.sin(0.4 * T), 0.05 * np.sin(T), 0.02 * np.cos(T)], axis=1)
+    values += 0.003 * np.random.default_rng(1).normal(0.0, 1.0, values.shape)
+    values[:, 0] += current * water
+    contents = [
+        {**dict(zip(("vx", "vy", "vz"), one, strict=True)), name: odd if ill else usual}
+        for one, ill in zip(values.tolist(), water, strict=True)
+    ]
+    channel = read(tmp_path, [json_topic("/dvl", TIMES, contents)]).channels["velocity"]
+    np.testing.assert_array_equal(channel.usable(), ~(water & (current > 0.0)))
+
+
+@pytest.mark.parametrize(("rest", "told"), [(1500.0, False), (1520.0, True)])
+def test_pulses_that_begin_and_dwell_at_another_width(
+    rest: float, told: bool, tmp_path: Path
+) -> None:
+    codes = codes_of(100, 1.0) * ((T > 2.0) & (T < 14.0))[:, None]
+    commands = joints_topic("/thrusters/command", TIMES, [NAMES] * 400, rest + 3.8 * codes)
+    found = read(tmp_path, [imu_topic(TIMES, RATES), commands], 100)
+    line = "pool: pwm_range: {neutral_us: 1520, half_range_us: ...}"
+    assert (line in "\n".join(one.what for one in found.problems)) is told
+    assert ("thruster_command" in found.channels) is not told
+
+
 @pytest.mark.parametrize("swap", [False, True])
 def test_axes_of_an_attitude_that_are_swapped(swap: bool, tmp_path: Path) -> None:
     """A steady heading, tilts of a degree or less."""
