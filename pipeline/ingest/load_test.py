@@ -14,6 +14,7 @@ from pipeline.ingest.load_test_checks import (
     check_constant,
     check_magnitudes,
     check_powers,
+    odd_codes,
     torque_not_written,
     torque_of_current,
 )
@@ -133,6 +134,7 @@ def _over_all(
     codes = [one.code for one in points if one.code is not None]
     yield from few_codes(codes, folder, vehicle)
     yield from check_magnitudes(points, folder, vehicle)
+    yield from odd_codes(points, folder)
 
 
 def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:

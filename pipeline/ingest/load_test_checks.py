@@ -24,6 +24,8 @@ _EXACT, _LEAST_ROWS = 2e-3, 6
 _LEAST_EFFICIENCY = 0.1
 #: K_M = M / (rho n^2 D^5): a bench that goes past what a screw takes begins well below it.
 _LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.0085, 0.065, 3
+#: How far off the line through all other codes is another unit, and how near to it these are.
+_ODD_CODE, _ONE_LINE = 5.0, 1.6
 #: Of torque over current, by a motor's constant.
 _OF_CONSTANT = 3.0
 _KV = re.compile(
@@ -212,6 +214,36 @@ def check_magnitudes(
         "loads about those of the propeller.",
         "Check the units of torque and speed, and the diameter in vehicle.yaml.",
     )
+
+
+def odd_codes(points: Sequence[LoadTestPoint], folder: Place) -> Iterator[Problem]:
+    """Say at which code torque or speed is of another size than those at all other codes let hope.
+
+    Their largest values go with a power of the code: one that is far off a line through the others,
+    which are near it, is in another unit. At the least code a drive may hardly turn.
+    """
+    codes = sorted({abs(one.code) for one in points if one.code})
+    if len(codes) <= _LEAST_LOADS:
+        return
+    for name, of in (("torque", "torque_nm"), ("shaft speed", "shaft_speed_rpm")):
+        most = [max(abs(getattr(one, of)) for one in points if abs(one.code or 0.0) == code)
+                for code in codes]  # fmt: skip
+        if min(most) <= 0.0:
+            continue
+        x, y = np.log(codes), np.log(most)
+        for at, code in enumerate(codes):
+            rest = np.delete(np.arange(len(codes)), at)
+            line = np.polyfit(x[rest], y[rest], 1)
+            off = y - np.polyval(line, x)
+            far = off[at] if at == 0 else abs(off[at])
+            if far > np.log(_ODD_CODE) and np.abs(off[rest]).max() < np.log(_ONE_LINE):
+                times = float(np.exp(off[at]))
+                yield folder.warning(
+                    f"at code {code:g} the {name} is {times:.3g} times what it is by all other "
+                    "codes: its unit may be another there.",
+                    "one unit at all codes.",
+                    "Correct the numbers of this code, or its unit.",
+                )
 
 
 def check_constant(table: Table) -> Iterator[Problem]:

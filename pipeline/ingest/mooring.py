@@ -26,6 +26,7 @@ from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_checks import (
     compare_thrusters,
     curves_of,
+    odd_sizes,
     saturated,
     shape_problem,
     thrust_problem,
@@ -120,6 +121,7 @@ def _points(file: BenchFile) -> list[tuple[MooringPoint, ...]]:
             found.append(thrust_problem(table, of_tables[at]))
         said = [problem for problem in found if problem is not None]
         said += saturated(table, of_tables[at])
+        said += () if found[0] else odd_sizes(table, of_tables[at])
         file.problems += said
         if any(problem.severity == "error" for problem in said):
             of_tables[at] = ()

@@ -37,6 +37,9 @@ _JUMP = 8.0
 _CLEAR = 0.05
 #: What is left of the thrust where another unit or setting begins; and it grows as much on.
 _STEP = 0.65
+#: A reading this many times larger, or smaller, than those beside it; thrust of one sign over that
+#: of the other.
+_ODD, _LEAST_OF_BOTH = 3.0, 0.35
 #: Readings at one code that lie further apart than this share are of two characteristics.
 _APART = 0.12
 _LEAST_CODES = 4
@@ -157,6 +160,48 @@ def _fall(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem 
     return None
 
 
+def odd_sizes(table: Table, points: Sequence[MooringPoint]) -> Iterator[Problem]:
+    """Say where one code has thrust of another size than those beside it, or one sign than both.
+
+    A screw pushes astern with a third of what it gives ahead at least, or the other way round.
+    """
+    sizes = [
+        {abs(code): sign * force for code, force in _by_code(points).items() if sign * code > 0.0}
+        for sign in (1.0, -1.0)
+    ]
+    for sign, own in zip((1.0, -1.0), sizes, strict=True):
+        codes = sorted(own)
+        clear = _CLEAR * float(np.median([*own.values(), 0.0]))
+        for before, code, after in zip(codes, codes[1:], codes[2:], strict=False):
+            low, high = sorted((own[before], own[after]))
+            if low > clear > 0.0 and not low / _ODD < own[code] < _ODD * high:
+                row = next(one.source.row for one in points if one.code == sign * code)
+                yield table.at(row, "thrust").warning(
+                    f"thrust is {own[code]:.3g} N at code {sign * code:g}, and {own[before]:.3g} "
+                    f"and {own[after]:.3g} N at the codes beside it.",
+                    "thrust that changes little from one code to the next.",
+                    'Correct the number, or mark the row with "#" in column A.',
+                )
+    if min(map(len, sizes)) < _LEAST_CODES:
+        return
+    at = sorted(min(sizes, key=max))[-_LEAST_CODES:]
+    ahead, astern = (
+        float(np.median(np.interp(at, sorted(own), [own[code] for code in sorted(own)])))
+        for own in sizes
+    )
+    share = min(ahead, astern) / max(ahead, astern, 1e-12)
+    if share < _LEAST_OF_BOTH:
+        must_go = share < _LEAST_OF_BOTH / 2.0
+        yield Problem(
+            "error" if must_go else "warning",
+            table.at(table.head, "thrust"),
+            f"thrust is {ahead:.3g} N at large codes ahead and {astern:.3g} N at those astern: one "
+            f"of them may be in another unit.{' So the table was left out.' * must_go}",
+            "thrust ahead and astern of about one size.",
+            "Correct the numbers, or write each direction on a sheet of its own.",
+        )
+
+
 def _step_down(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
     """Look for thrust that falls at one code and grows on from there, as in another unit.
 
@@ -165,9 +210,9 @@ def _step_down(table: Table, points: Sequence[MooringPoint], sign: float) -> Pro
     size = _by_code(points)
     codes = sorted(size, key=abs)
     thrust = np.array([sign * size[code] for code in codes])
-    for at in range(1, len(codes) - 2):
+    for at in range(2, len(codes) - 2):
         before, here, after = thrust[at - 1], thrust[at], thrust[at + 1 :]
-        falls = before > _CLEAR * thrust.max() and here < _STEP * before
+        falls = before > _CLEAR * thrust.max() and here < min(_STEP * before, thrust[at - 2])
         if falls and here < after[0] < before and after[-1] > here / _STEP:
             row = next(one.source.row for one in points if one.code == codes[at])
             return table.at(row, "thrust").error(

@@ -54,6 +54,7 @@ def test_a_test_that_ends_early_on_one_side_rests_where_assumed(
         ("Code;Schub Soll (N);Schub Ist (N)", (np.round(THRUST / 3.0) * 3.0 + 2.0,)),
         ("Code;Écart-type (N);Poussée moyenne (N)", (0.1 + 0.01 * np.abs(THRUST),)),
         ("Code;Estimated thrust (N);Actual thrust (N)", (1.1 * THRUST,)),
+        ("Code;T fit (N);Residual (N);T meas (N)", (1.15 * THRUST, 0.15 * THRUST)),
     ],
 )
 def test_what_was_measured_goes_before_what_was_wanted(
@@ -77,9 +78,56 @@ def test_a_unit_that_changes_among_the_rows(worth: float, tmp_path: Path) -> Non
     assert "grows on from there" in errors(record)
 
 
-def test_one_bad_reading_is_no_other_unit(tmp_path: Path) -> None:
-    thrust = np.where(np.arange(21) == 16, 3.0, THRUST)
-    assert len(read(tmp_path, "mooring", "Code;Thrust (N)", CODE, thrust).points) == 21
+@pytest.mark.parametrize("slip", [3.0, 100.0])
+def test_one_bad_reading_is_told_and_is_no_other_unit(slip: float, tmp_path: Path) -> None:
+    thrust = np.where(np.arange(21) == 16, slip, THRUST)
+    record = read(tmp_path, "mooring", "Code;Thrust (N)", CODE, thrust)
+    assert len(record.points) == 21
+    assert f"thrust is {slip:g} N at code 76" in str([one.what for one in record.problems])
+
+
+@pytest.mark.parametrize(("share", "severity"), [(0.4, ""), (0.2248, "warning"), (0.102, "error")])
+def test_thrust_of_one_direction_in_another_unit(
+    share: float, severity: str, tmp_path: Path
+) -> None:
+    thrust = np.where(CODE < 0.0, share, 1.0) * THRUST
+    record = read(tmp_path, "mooring", "Code;Thrust (N)", CODE, thrust)
+    told = [one.severity for one in record.problems if "in another unit" in one.what]
+    assert told == [severity] * bool(severity)
+    assert bool(record.points) is (severity != "error")
+
+
+@pytest.mark.parametrize("short", [0.3, 1.0])
+def test_a_direction_that_was_tested_up_to_part_of_full_command(
+    short: float, tmp_path: Path
+) -> None:
+    kept = -127.0 * short <= CODE
+    record = read(tmp_path, "mooring", "Code;Thrust (N)", CODE[kept], THRUST[kept])
+    assert not [one for one in record.problems if "in another unit" in one.what]
+
+
+@pytest.mark.parametrize(
+    ("code", "of_speed", "of_torque", "told"),
+    [
+        (90.0, 1.0, 100.0, "code 90 the torque is 100 times"),
+        (60.0, 1.0 / 60.0, 1.0, "code 60 the shaft speed is 0.016"),
+        (127.0, 1.0, 0.102, "code 127 the torque is 0.10"),
+        (40.0, 0.1, 1.0, ""),
+    ],
+)
+def test_one_code_in_another_unit(
+    code: float, of_speed: float, of_torque: float, told: str, tmp_path: Path
+) -> None:
+    """At the least code a drive may hardly turn."""
+    codes = np.repeat([40.0, 60.0, 90.0, 127.0], 6)
+    torque = codes / 64.0 * np.tile(np.linspace(0.05, 1.0, 6), 4)
+    speed = 3000.0 * codes / 127.0 - 450.0 * torque
+    here = codes == code
+    columns = np.where(here, of_speed, 1.0) * speed, np.where(here, of_torque, 1.0) * torque
+    record = read(tmp_path, "load_test", "Code;Speed (rpm);Torque (N m)", codes, *columns)
+    said = [one.what for one in record.problems if "by all other codes" in one.what]
+    assert bool(said) is bool(told)
+    assert told in "".join(said)
 
 
 @pytest.mark.parametrize(
