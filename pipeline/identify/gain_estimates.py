@@ -60,12 +60,13 @@ class Estimates:
 
 @dataclass(frozen=True)
 class Pooled:
-    """A pooled gain: mean, standard error, degrees of freedom, scatter between runs."""
+    """A gain that `runs` tell: mean, standard error, degrees of freedom, scatter between them."""
 
     mean: float
     std: float
     degrees: int
     between: float
+    runs: tuple[str, ...] = ()
 
     @property
     def half_width(self) -> float:
@@ -205,16 +206,18 @@ class RunGains:
         """Tell which thrusters (n,) are known well enough to say anything of."""
         return self.likelihood.excited & (estimates.half_width < WIDEST)
 
-    def told(self, i: int) -> dict[str, Pooled]:
-        """Gains of a thruster on all axes together and on each that tells it."""
+    def rows(self, names: Sequence[str]) -> "Rows":
+        """Gains that the run tells, of thrusters of these `names`."""
         return {
-            axis: Pooled(float(own.value[i]), float(own.std[i]), max(int(own.degrees[i]), 1), 0.0)
+            (names[i], axis): Pooled(value, std, max(int(degrees), 1), 0.0, (self.name,))
             for axis, own in self.every.items()
-            if self.judged(own)[i]
+            for i in np.flatnonzero(self.judged(own)).tolist()
+            for value, std, degrees in [(float(own.value[i]), float(own.std[i]), own.degrees[i])]
         }
 
 
-#: (thruster, axis) -> what sound runs gave.
+#: (thruster, axis) -> the gain, and what sound runs gave.
+Rows = dict[tuple[str, str], Pooled]
 References = Mapping[tuple[str, str], GainReference]
 
 
@@ -236,20 +239,16 @@ class GainSet:
             return True
         return bool(moving(self.levers)[AXES.index(axis), self.names.index(thruster)])
 
-    def pooled(
-        self, least_between: float = 0.0
-    ) -> dict[tuple[str, str], tuple[Pooled, tuple[str, ...]]]:
-        """Pool each gain over the runs that tell it: (thruster, axis) -> mean, names of runs."""
-        told: dict[tuple[str, str], list[tuple[float, float, str]]] = {}
+    def pooled(self, least_between: float = 0.0) -> Rows:
+        """Pool each gain over the runs that tell it."""
+        told: dict[tuple[str, str], list[Pooled]] = {}
         for run in self.runs:
-            for axis, own in run.every.items():
-                for i in np.flatnonzero(run.judged(own)):
-                    row = float(own.value[i]), float(own.std[i]), run.name
-                    told.setdefault((self.names[i], axis), []).append(row)
+            for key, row in run.rows(self.names).items():
+                told.setdefault(key, []).append(row)
         return {
-            key: (
-                pool([v for v, _, _ in rows], [s for _, s, _ in rows], least_between),
-                tuple(run for _, _, run in rows),
+            key: replace(
+                pool([one.mean for one in rows], [one.std for one in rows], least_between),
+                runs=tuple(run for one in rows for run in one.runs),
             )
             for key, rows in told.items()
         }
@@ -261,7 +260,7 @@ class GainSet:
         name = self.called or ", ".join(run.name for run in kept)
         return {
             key: GainReference(
-                name=name, runs=names, mean=one.mean, ci95=one.ci95, between_runs=one.between
+                name=name, runs=one.runs, mean=one.mean, ci95=one.ci95, between_runs=one.between
             )
-            for key, (one, names) in replace(self, runs=kept).pooled(least).items()
+            for key, one in replace(self, runs=kept).pooled(least).items()
         }

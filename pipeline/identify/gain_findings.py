@@ -13,10 +13,10 @@ import numpy as np
 from pipeline.effects.effect import AXES
 from pipeline.identify.gain_estimates import (
     ALL,
-    Estimates,
     GainSet,
     Pooled,
     References,
+    Rows,
     pool,
     typical,
 )
@@ -26,18 +26,19 @@ from pipeline.identify.gain_tests import (
     GainQuestion,
     adjusted,
     against_all,
-    log_ratios,
+    layout_evidence,
     other_layouts,
     sentence,
     tail,
 )
-from pipeline.records.gains import FindingKind, GainFinding
-from pipeline.types import BoolArray
+from pipeline.records.gains import GainFinding, GainReference
 
 #: A thruster is dead whose interval holds 0 and which surely gives less than this share, either
 #: way, of what sound runs gave, or may have, or the file says, and of that what the others of the
 #: run may give.
 _DEAD = 0.5
+#: Degrees of freedom that stand for many.
+_MANY = 30
 
 
 def findings_of(asked: GainSet, sound: GainSet) -> list[GainFinding]:
@@ -69,88 +70,79 @@ def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
     """Ask of each thruster in each run, and in all, whether it gives what is expected."""
     questions: list[GainQuestion] = []
     for run in asked.runs:
-        sound, judged = known.apart_from(run.name), run.judged(run.joint)
         # what runs differ by that nobody logged is ordinary too: of the others, for want of more
-        rest = replace(asked, runs=tuple(one for one in asked.runs if one is not run))
-        apart = {
-            name: one.between for (name, axis), (one, _) in rest.pooled().items() if axis == ALL
-        }
-        for i in np.flatnonzero(judged).tolist():
-            between = apart.get(asked.names[i], 0.0)
-            questions += _of_thruster(
-                asked, sound, i, (run.name,), run.joint, run.told(i), judged, between
-            )
+        rest = replace(asked, runs=tuple(one for one in asked.runs if one is not run)).pooled()
+        apart = {name: one.between for (name, axis), one in rest.items() if axis == ALL}
+        rows, sound = run.rows(asked.names), known.apart_from(run.name)
+        questions += _of_thrusters(asked, sound, rows, apart)
     if len(asked.runs) > 1:
+        rows = {
+            key: one for key, one in asked.pooled().items() if key[1] != ALL or len(one.runs) > 1
+        }
         sound = known.apart_from(*(run.name for run in asked.runs))
-        pooled = asked.pooled()
-        together = {name: row for (name, axis), row in pooled.items() if axis == ALL}
-        unknown = Pooled(0.0, 1.0, 0, 0.0)
-        one = [together.get(name, (unknown, ()))[0] for name in asked.names]
-        rows = [(row.mean, row.std, float(row.degrees or 30)) for row in one]
-        estimates = Estimates(*np.array(rows).T)
-        judged = np.array([n in together and len(together[n][1]) > 1 for n in asked.names])
-        for i in np.flatnonzero(judged).tolist():
-            own = asked.names[i]
-            told = {axis: row for (name, axis), (row, _) in pooled.items() if name == own}
-            runs = together[own][1]
-            questions += _of_thruster(asked, sound, i, runs, estimates, told, judged)
+        questions += _of_thrusters(asked, sound, rows, {})
     return questions
 
 
-def _of_thruster(  # noqa: PLR0917  one thruster among the others
-    asked: GainSet,
-    sound: References,
-    i: int,
-    runs: tuple[str, ...],
-    estimates: Estimates,
-    told: Mapping[str, Pooled],
-    judged: BoolArray,
-    between_runs: float = 0.0,
+def _of_thrusters(
+    asked: GainSet, sound: References, rows: Rows, between: Mapping[str, float]
 ) -> list[GainQuestion]:
-    value, std, degrees = estimates.value, estimates.std, float(estimates.degrees[i])
-    name = asked.names[i]
-    usual, other = np.ones(len(asked.names)), "the vehicle file"
-    scatter = np.full(len(asked.names), asked.doubt.axis)
-    mine = sound.get((name, ALL))
-    if mine is not None and mine.ci95[0] > 0.0:
-        for k, each in enumerate(asked.names):
-            known = sound.get((each, ALL))
-            if known is not None and known.ci95[0] > 0.0:
-                own = (known.ci95[1] - known.ci95[0]) / 4.0
-                usual[k], scatter[k] = known.mean, float(np.hypot(own, known.between_runs))
-        other = mine.name
-    # what all others share is no thruster's: the scale of a run, or of an axis' mass
-    others, alive = [k for k in np.flatnonzero(judged) if k != i], 1.0
-    expected, doubt = float(usual[i]), float(scatter[i])
-    if others:
-        ratios, widths = value[others] / usual[others], std[others] / usual[others]
-        apart = asked.doubt.thruster if mine is None else doubt / expected
-        common = pool(ratios.tolist(), widths.tolist(), apart)
-        alive = float(np.clip(common.ci95[1], 0.0, 1.0))
-        middle = float(np.median(ratios))
-        if middle > 0.2:
-            expected *= middle
-            doubt = expected * float(
-                np.hypot(apart, max(common.std, common.between / len(others) ** 0.5))
-            )
-            other = other if mine is not None else "the others"
-    doubt = float(np.hypot(doubt, between_runs if mine is None else 0.0))
-    low, high = value[i] - estimates.half_width[i], value[i] + estimates.half_width[i]
-    spread = float(np.hypot(std[i], doubt))
-    less = tail(float(value[i]) - expected, spread, degrees)
-    more = tail(expected - float(value[i]), spread, degrees)
-    kind: FindingKind = "reversed" if high < 0.0 else "weak"
-    question = partial(
-        GainQuestion,
-        runs=runs,
-        thrusters=(name,),
-        value=float(value[i]),
-        ci95=(float(low), float(high)),
-        expected=expected,
-        against=other,
-    )
-    dead = _dead(asked, sound, name, told, alive)
-    return [question(kind, less), question("dead", dead), question("strong", more)]
+    """Ask of each thruster that `rows` tell on all axes together; `between`: ordinary scatter."""
+    joint = {
+        name: replace(rows[name, ALL], degrees=rows[name, ALL].degrees or _MANY)
+        for name in asked.names
+        if (name, ALL) in rows
+    }
+    sure = {name: own for (name, axis), own in sound.items() if axis == ALL and own.ci95[0] > 0.0}
+    questions = []
+    for name, own in joint.items():
+        mine, told_by = sound.get((name, ALL)), "the vehicle file"
+        usual, doubt = dict.fromkeys(joint, 1.0), asked.doubt.axis
+        if name in sure:
+            usual |= {other: sure[other].mean for other in joint if other in sure}
+            doubt = float(np.hypot(_std_of(sure[name]), sure[name].between_runs))
+            told_by = sure[name].name
+        expected, alive = usual[name], 1.0
+        # what all others share is no thruster's: the scale of a run, or of an axis' mass
+        others = [other for other in joint if other != name]
+        if others:
+            ratios = [joint[other].mean / usual[other] for other in others]
+            widths = [joint[other].std / usual[other] for other in others]
+            apart = asked.doubt.thruster if mine is None else doubt / expected
+            common = pool(ratios, widths, apart)
+            alive = float(np.clip(common.ci95[1], 0.0, 1.0))
+            middle = float(np.median(ratios))
+            if middle > 0.2:
+                expected *= middle
+                shared = max(common.std, common.between / len(others) ** 0.5)
+                doubt = expected * float(np.hypot(apart, shared))
+                told_by = told_by if mine is not None else "the others"
+        doubt = float(np.hypot(doubt, between.get(name, 0.0) if mine is None else 0.0))
+        spread = float(np.hypot(own.std, doubt))
+        question = partial(
+            GainQuestion,
+            runs=own.runs,
+            thrusters=(name,),
+            value=own.mean,
+            ci95=own.ci95,
+            expected=expected,
+            against=told_by,
+        )
+        told = {axis: row for (of, axis), row in rows.items() if of == name}
+        questions += [
+            question(
+                "reversed" if own.ci95[1] < 0.0 else "weak",
+                tail(own.mean - expected, spread, own.degrees),
+            ),
+            question("dead", _dead(asked, sound, name, told, alive)),
+            question("strong", tail(expected - own.mean, spread, own.degrees)),
+        ]
+    return questions
+
+
+def _std_of(sound: GainReference) -> float:
+    """Return the standard deviation of what sound runs gave, by its interval."""
+    return (sound.ci95[1] - sound.ci95[0]) / 4.0
 
 
 def _dead(
@@ -172,7 +164,7 @@ def _dead(
         # no difference from what is expected, which may be vague, but next to nothing for sure
         gave = [one.mean if one.ci95[0] > 0.0 else max(one.ci95[1], 0.0) for one in known]
         beyond = abs(own.mean) - _DEAD * alive * min([1.0, *gave])
-        chance = tail(beyond, own.std, float(own.degrees or 30))
+        chance = tail(beyond, own.std, own.degrees or _MANY)
         chances.append(1.0 if (ALL in against if axis == ALL else against) else chance)
     return min(min(chances) * len(chances), 1.0)
 
@@ -181,20 +173,22 @@ def _layouts(asked: GainSet) -> list[GainQuestion]:
     """Ask whether thrusters are exchanged, or an axis counts the other way."""
     questions = []
     layouts = other_layouts(asked.levers)
-    by_run = [log_ratios(run.likelihood, asked.levers, layouts, asked.doubt) for run in asked.runs]
-    for k, other in enumerate(layouts):
-        ratios = [(own[k], run.name) for own, run in zip(by_run, asked.runs, strict=True)]
-        total = sum(ratio for ratio, _ in ratios)
-        runs = tuple(run for ratio, run in ratios if ratio > 1.0)
-        p = float(np.exp(min(-total, 0.0)))
+    told, doubt = [run.likelihood for run in asked.runs], asked.doubt
+    file = [layout_evidence(run, asked.levers, doubt) for run in told]
+    for other in layouts:
+        ratios = [
+            layout_evidence(run, other.levers, doubt, exchanged=True) - own
+            for run, own in zip(told, file, strict=True)
+        ]
+        runs = tuple(run.run for run, ratio in zip(told, ratios, strict=True) if ratio > 1.0)
+        p = float(np.exp(min(-sum(ratios), 0.0)))
         if other.axis is not None:
-            likelihoods = [run.likelihood for run in asked.runs]
-            p = max(p, against_all(likelihoods, asked.levers[other.axis], other.axis))
+            p = max(p, against_all(told, asked.levers[other.axis], other.axis))
         questions.append(
             GainQuestion(
                 other.kind,
                 p,
-                runs or tuple(run for _, run in ratios),
+                runs or tuple(run.run for run in told),
                 tuple(asked.names[i] for i in other.thrusters),
                 None if other.axis is None else AXES[other.axis],
             )
@@ -206,13 +200,13 @@ def _couplings(asked: GainSet) -> list[GainQuestion]:
     """Ask whether a thruster moves an axis that its lever says it cannot."""
     questions = []
     moved = typical(asked.levers) > 0.0
-    for (name, axis), (one, runs) in asked.pooled(ORDINARY_COUPLING / 4.0).items():
+    for (name, axis), one in asked.pooled(ORDINARY_COUPLING / 4.0).items():
         if asked.moves(name, axis) or not moved[AXES.index(axis)]:
             continue
         beyond = max(abs(one.mean) - ORDINARY_COUPLING, 0.0)
-        spread = float(np.hypot(one.std, one.between / len(runs) ** 0.5))
-        p = min(2.0 * tail(-beyond, spread, float(one.degrees or 30)), 1.0)
-        questions.append(GainQuestion("coupled", p, runs, (name,), axis, one.mean, one.ci95))
+        spread = float(np.hypot(one.std, one.between / len(one.runs) ** 0.5))
+        p = min(2.0 * tail(-beyond, spread, one.degrees or _MANY), 1.0)
+        questions.append(GainQuestion("coupled", p, one.runs, (name,), axis, one.mean, one.ci95))
     return questions
 
 
@@ -237,20 +231,17 @@ def _common_scales(asked: GainSet, known: GainSet) -> list[GainQuestion]:
     questions = []
     for run in asked.runs:
         sound = known.apart_from(run.name)
-        ratios, widths, scatter = [], [], []
-        for i in np.flatnonzero(run.judged(run.joint)).tolist():
-            own = sound.get((asked.names[i], ALL))
-            if own is None or own.ci95[0] <= 0.0:
-                continue
-            ratios.append(float(run.joint.value[i]) / own.mean)
-            wide = float(np.hypot(run.joint.std[i], (own.ci95[1] - own.ci95[0]) / 4.0))
-            widths.append(wide / own.mean)
-            scatter.append(own.between_runs / own.mean)
-        if len(ratios) < 2:
+        rows = run.rows(asked.names)
+        both = [
+            (rows[name, ALL], sound[name, ALL])
+            for name in asked.names
+            if (name, ALL) in rows and (name, ALL) in sound and sound[name, ALL].ci95[0] > 0.0
+        ]
+        if len(both) < 2:
             continue
-        one = pool(ratios, widths)
-        apart = max(scatter)
-        degrees = float(len(ratios) - 1)
+        ratios = [row.mean / own.mean for row, own in both]
+        widths = [float(np.hypot(row.std, _std_of(own))) / own.mean for row, own in both]
+        one, apart = pool(ratios, widths), max(own.between_runs / own.mean for _, own in both)
         spread = float(np.hypot(one.std, apart))
         # two-sided, and the thrusters have to agree: else it is one of them
         if one.between > 0.5 * abs(one.mean - 1.0):
@@ -258,7 +249,7 @@ def _common_scales(asked: GainSet, known: GainSet) -> list[GainQuestion]:
         questions.append(
             GainQuestion(
                 "common_scale",
-                min(2.0 * tail(-abs(one.mean - 1.0), spread, max(degrees, 8.0)), 1.0),
+                min(2.0 * tail(-abs(one.mean - 1.0), spread, max(len(both) - 1, 8)), 1.0),
                 (run.name,),
                 value=one.mean,
                 ci95=(one.mean - 2.0 * spread, one.mean + 2.0 * spread),

@@ -109,15 +109,11 @@ def other_layouts(levers: FloatArray) -> list[LeverLayout]:
     return found
 
 
-def log_ratios(
-    run: RunLikelihood, levers: FloatArray, others: Sequence[LeverLayout], doubt: Doubt
-) -> list[float]:
-    """Log evidence of other levers over the file's with any gains, of one run."""
-    file = _log_evidence(run, levers, _ANY_GAIN, doubt)
-    return [_log_evidence(run, other.levers, _USUAL_GAIN, doubt) - file for other in others]
-
-
-def _log_evidence(run: RunLikelihood, levers: FloatArray, gain_std: float, doubt: Doubt) -> float:
+def layout_evidence(
+    run: RunLikelihood, levers: FloatArray, doubt: Doubt, *, exchanged: bool = False
+) -> float:
+    """Log evidence of a run for levers: the file's with any gains, `exchanged` ones with usual."""
+    gain_std = _USUAL_GAIN if exchanged else _ANY_GAIN
     count, axes = levers.shape[1], [one for one in run.axes if np.any(levers[one.axis])]
     size = typical(levers)
     information = np.zeros((len(axes) * count, len(axes) * count))

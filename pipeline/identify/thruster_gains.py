@@ -170,7 +170,7 @@ def against(
 
 def _pooled(asked: GainSet, sound: References) -> list[PooledGain]:
     found = []
-    for (name, axis), (one, runs) in sorted(asked.pooled().items()):
+    for (name, axis), one in sorted(asked.pooled().items(), key=lambda item: item[0]):
         moves = asked.moves(name, axis)
         known = sound.get((name, axis)) if moves else None
         found.append(
@@ -181,7 +181,7 @@ def _pooled(asked: GainSet, sound: References) -> list[PooledGain]:
                 value=one.mean,
                 ci95=one.ci95,
                 between_runs=one.between,
-                runs=runs,
+                runs=one.runs,
                 reference=against(known, one.mean, one.std, one.half_width),
             )
         )
