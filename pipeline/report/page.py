@@ -1,26 +1,20 @@
 """What every page is made of, and ``reports/index.html``, which leads to all of them."""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from markupsafe import Markup
 
 from pipeline.language import translate
 from pipeline.records.base import Glance, Light
-from pipeline.report.bench_results import vehicle_glance
+from pipeline.records.pages import PageFile
 from pipeline.report.blocks import Figure, Section, Text
 from pipeline.report.glance import rank
-from pipeline.report.html import FILTER, placed, render, safe_link, write_page
+from pipeline.report.html import FILTER, placed, render, write_page
 from pipeline.report.numbers import plural
-from pipeline.report.results import (
-    TrialDayLink,
-    VehicleResults,
-    all_checks,
-    all_problems,
-    missing_reasons,
-)
 
 Labels = tuple[tuple[str, str], ...]
 
@@ -122,87 +116,43 @@ def glance_text(name: str, glance: Glance) -> str:
     return "\n".join(lines)
 
 
-@dataclass(frozen=True)
-class Status:
-    """How a vehicle's page stands, in counts."""
+def counted(errors: int, warnings: int, failed_checks: int = 0, not_computed: int = 0) -> str:
+    """Say in one line how a page stands.
 
-    errors: int
-    warnings: int
-    failed_checks: int = 0
-    not_computed: int = 0
-
-    @property
-    def text(self) -> str:
-        """One line for a person, e.g. ``2 warnings, 1 failed check``."""
-        parts = [
-            (self.errors, plural(self.errors, "error")),
-            (self.warnings, plural(self.warnings, "warning")),
-            (self.failed_checks, plural(self.failed_checks, "failed check")),
-            (self.not_computed, f"{plural(self.not_computed, 'result')} not computed"),
-        ]
-        return ", ".join(text for count, text in parts if count) or "no warnings"
-
-
-@dataclass(frozen=True)
-class IndexEntry:
-    """One line of the index; `href` is relative to the index."""
-
-    title: str
-    name: str
-    href: str
-    status: Status
-    data_note: str = ""
-    glance: Glance | None = None
-    days: tuple[TrialDayLink, ...] = ()
-    """Trial days, the latest first."""
-    trend_href: str = ""
-    """Address of the trends over the trial days; none where there are none."""
-    diagnoses: tuple[tuple[str, str], ...] = ()
-    """Label and address of the diagnoses, the latest first."""
-
-
-def status_of(results: VehicleResults) -> Status:
-    """Count what stands in the warnings of a vehicle's page."""
-    problems = all_problems(results)
-    return Status(
-        errors=sum(problem.severity == "error" for problem in problems),
-        warnings=sum(problem.severity == "warning" for problem in problems),
-        failed_checks=sum(not check.passed for _, check in all_checks(results)),
-        not_computed=len(missing_reasons(results)),
-    )
-
-
-def index_entry(results: VehicleResults, href: str) -> IndexEntry:
-    """Make the line that leads to a vehicle's page; `href` from the index, not yet quoted."""
-    return IndexEntry(
-        title=results.vehicle.title,
-        name=results.vehicle.name,
-        href=safe_link(href),
-        status=status_of(results),
-        data_note=results.vehicle.data_note,
-        glance=vehicle_glance(results),
-    )
+    >>> counted(0, 2, 1)
+    '2 warnings, 1 failed check'
+    """
+    parts = [
+        (errors, plural(errors, "error")),
+        (warnings, plural(warnings, "warning")),
+        (failed_checks, plural(failed_checks, "failed check")),
+        (not_computed, f"{plural(not_computed, 'result')} not computed"),
+    ]
+    return ", ".join(text for count, text in parts if count) or "no warnings"
 
 
 def write_index(
-    pages: Sequence[IndexEntry], path: Path, diagnosed: Sequence[tuple[str, Labels]] = (), *,
-    designs: Labels = (), earlier: Labels = (), assets: Path | None = None,
+    pages: Sequence[PageFile], path: Path, diagnosed: Mapping[str, Labels] = MappingProxyType({}),
+    *, designs: Labels = (), earlier: Labels = (), assets: Path | None = None,
 ) -> None:  # fmt: skip
     """Write the index, with the vehicles that ask for attention first.
 
-    `diagnosed` are vehicles that have diagnoses and no page of their own; `earlier` those that are
-    gone or could not be run: their pages are left as they were. Without `assets`, the folder of the
-    scripts, the list cannot be filtered. Raises as `write_page`.
+    `diagnosed` gives the diagnoses of each vehicle, the latest first; `earlier` are vehicles that
+    are gone or could not be run: their pages are left as they were. Without `assets`, the folder of
+    the scripts, the list cannot be filtered. Raises as `write_page`.
     """
+    known = {one.name for one in pages}
     text = render(
         "index.html.j2",
         # in the order in which vehicles, and the days of each, ask for attention
         pages=[
-            replace(one, days=tuple(sorted(one.days, key=lambda day: rank(day.glance))))
+            one.model_copy(update={"days": sorted(one.days, key=lambda day: rank(day.glance))})
             for one in sorted(pages, key=lambda one: rank(one.glance))
         ],
+        counted=counted,
         signs=SIGNS,
         diagnosed=diagnosed,
+        without_page=sorted((name, own) for name, own in diagnosed.items() if name not in known),
         designs=designs,
         earlier=earlier,
         assets=placed(assets, path),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeVar
 
 from pipeline.errors import CannotComputeError, Problem, by_severity
@@ -10,7 +11,6 @@ from pipeline.records import trial as trial_records
 from pipeline.records.base import AppliedChange, Glance
 from pipeline.records.day_findings import DayDiagnosis
 from pipeline.records.gains import PooledGain
-from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ManoeuvreFound
 from pipeline.records.validation import AllocationMap, AllocatorValidation
@@ -18,27 +18,6 @@ from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.schema import Vehicle
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class TrialDayLink:
-    """A trial day as other pages name it; addresses are relative to the page.
-
-    `runs` are label and address of each; `parameters` are what the day's runs tell, not to be used
-    where the fit has not `settled`.
-    """
-
-    name: str
-    title: str
-    line: str
-    href: str
-    runs: tuple[tuple[str, str], ...] = ()
-    parameters: tuple[IdentifiedParameter, ...] = ()
-    settled: bool = True
-    gains: tuple[PooledGain, ...] = ()
-    glance: Glance | None = None
-    lights: tuple[str, ...] = ()
-    """Of each run: red, amber, green, or nothing."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +43,10 @@ class VehicleResults:
     missing: dict[str, str] = field(default_factory=dict)
     provenance: dict[str, str] = field(default_factory=dict)
     firmware_files: tuple[str, ...] = ()
-    trials: tuple[TrialDayLink, ...] = ()
-    """Trial days in order of time."""
+    page: Path = Path("reports/vehicle/index.html")
+    """Where it lies, from the output folder: what its links are relative to."""
+    trials: tuple[trial_records.PageReceipt, ...] = ()
+    """Pages of the trial days in order of time."""
     changes: tuple[AppliedChange, ...] = ()
     """Of the vehicle file, by `rig2sea apply`, in order."""
     ignored: tuple[Problem, ...] = ()

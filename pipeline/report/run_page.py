@@ -6,7 +6,7 @@ from pipeline.language import as_it_is
 from pipeline.records.base import Glance
 from pipeline.report.blocks import Gallery, fold
 from pipeline.report.numbers import fixed
-from pipeline.report.page import Labels, Page, Status
+from pipeline.report.page import Labels, Page, counted
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import RunResults
 from pipeline.report.sections.gains import run_gains_section
@@ -68,4 +68,4 @@ def run_line(results: RunResults) -> str:
         parts.append(", ".join(names))
     if trial is not None and not trial.channels:
         parts.append("not simulated")
-    return "; ".join([*parts, Status(results.errors, results.warnings).text])
+    return "; ".join([*parts, counted(results.errors, results.warnings)])

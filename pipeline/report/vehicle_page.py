@@ -1,15 +1,23 @@
 """The page of one vehicle: warnings first, then every step from the raw files to the firmware."""
 
+from pathlib import Path
+
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
-from pipeline.report.bench_results import thrust_figure, vehicle_glance
+from pipeline.records.pages import PageFile
+from pipeline.report.bench_results import bench_line, thrust_figure, vehicle_glance
 from pipeline.report.blocks import Blocks, Links, Table, Text, chapter, fold
-from pipeline.report.html import safe_link
+from pipeline.report.html import address_from, safe_link
 from pipeline.report.numbers import code, fixed, general, signed, speed
 from pipeline.report.page import Page
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import (
+    VehicleResults,
+    all_checks,
+    all_problems,
+    missing_reasons,
+)
 from pipeline.report.sections.allocation import allocation_section, validation_section
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section
@@ -19,12 +27,10 @@ from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section, working_points_section
 from pipeline.report.sections.static import static_section
 from pipeline.report.sections.tables import data_section
-from pipeline.report.sections.trials import trials_section
+from pipeline.report.sections.trials import day_line, has_trend, trials_section
 
 #: Of a digest.
 _DIGITS = 12
-
-__all__ = ["VehicleResults", "vehicle_page"]
 
 #: The page stands in a folder of its own beside the index.
 INDEX_HREF = "../index.html"
@@ -140,6 +146,27 @@ BEHIND = (
     changes_section,
     data_section,
 )
+
+
+def vehicle_receipt(results: VehicleResults, files: dict[str, str]) -> PageFile:
+    """Return what the index says of the page, which is one of the files."""
+    problems, index = all_problems(results), Path("reports/index.html")
+    name, href = results.page.parent.name, address_from(index, results.page)
+    return PageFile(
+        files=files,
+        title=results.vehicle.title,
+        name=name,
+        href=href,
+        data_note=results.vehicle.data_note,
+        errors=sum(problem.severity == "error" for problem in problems),
+        warnings=sum(problem.severity == "warning" for problem in problems),
+        failed_checks=sum(not check.passed for _, check in all_checks(results)),
+        not_computed=len(missing_reasons(results)),
+        glance=vehicle_glance(results),
+        bench=bench_line(name, results.inverse, results.mooring),
+        days=tuple(day_line(one, index) for one in reversed(results.trials)),
+        trend_href=f"{href}#trend" if has_trend(results) else "",
+    )
 
 
 def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: str = "") -> str:

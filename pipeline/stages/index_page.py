@@ -8,12 +8,11 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
+from pipeline.records.pages import PageFile
 from pipeline.report.html import safe_link
-from pipeline.report.page import IndexEntry, Status, write_index
-from pipeline.report.results import TrialDayLink
+from pipeline.report.page import write_index
 from pipeline.stages.diagnosis_links import diagnosis_links
 from pipeline.stages.job import Job
-from pipeline.stages.receipt import PageFile
 
 #: The title stands before everything that is long.
 _HEAD = 4000
@@ -28,35 +27,17 @@ def run(job: Job) -> str:
 
 def write_whole_index(receipts: Iterable[Path], index: Path) -> None:
     """Write the index of the vehicles with these receipts, and of what else lies beside it."""
-    records = []
+    pages: list[PageFile] = []
     for path in receipts:
         # half-written, or of an earlier version and not part of this run: made anew by its own
         with contextlib.suppress(InputError):
-            records.append(read_envelope(path, "vehicle_page", PageFile).record)
-    reports = index.parent
-    diagnoses = diagnosis_links(reports)
-    entries = [
-        IndexEntry(
-            title=record.title,
-            name=record.name,
-            href=record.href,
-            status=Status(
-                record.errors, record.warnings, record.failed_checks, record.not_computed
-            ),
-            data_note=record.data_note,
-            glance=record.glance,
-            days=tuple(TrialDayLink(**dict(day)) for day in record.days),
-            trend_href=record.trend_href,
-            diagnoses=diagnoses.pop(record.name, ()),
-        )
-        for record in records
-        if record is not None
-    ]
-    known = {entry.name for entry in entries}
+            record = read_envelope(path, "vehicle_page", PageFile).record
+            pages += [] if record is None else [record]
+    reports, known = index.parent, {one.name for one in pages}
     write_index(
-        sorted(entries, key=lambda entry: entry.href),
+        sorted(pages, key=lambda one: one.href),
         index,
-        sorted(diagnoses.items()),
+        diagnosis_links(reports),
         designs=design_links(reports),
         earlier=tuple(
             (page.parent.name, safe_link(page.relative_to(reports).as_posix()))

@@ -12,7 +12,7 @@ from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
 from pipeline.report.html import address_from, placed, write_page
 from pipeline.report.numbers import plural
-from pipeline.report.page import Status, with_glance
+from pipeline.report.page import counted, with_glance
 from pipeline.report.results import DayResults
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.trial_page import day_counts, day_page
@@ -127,4 +127,4 @@ def _line(results: DayResults, errors: int, warnings: int) -> str:
     parts = [plural(len(results.runs), "run")]
     if not results.trial.settled:
         parts.append("the fit did not come to an end")
-    return "; ".join([*parts, Status(errors, warnings).text])
+    return "; ".join([*parts, counted(errors, warnings)])

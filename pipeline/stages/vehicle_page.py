@@ -6,7 +6,6 @@ from typing import Any
 
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.inputs.vehicle_changes import changes_of
-from pipeline.language import as_it_is
 from pipeline.plan import POOL, RAW_KINDS, RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.base import Record
@@ -17,17 +16,15 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
-from pipeline.records.trial import PageReceipt, RunLine
+from pipeline.records.pages import PageFile
+from pipeline.records.trial import PageReceipt
 from pipeline.records.validation import AllocationMap, AllocatorValidation
-from pipeline.report.bench_results import bench_line
-from pipeline.report.html import address_from, placed, safe_link, write_page
-from pipeline.report.page import index_entry
-from pipeline.report.results import TrialDayLink
-from pipeline.report.sections.trials import has_trend
-from pipeline.report.vehicle_page import VehicleResults, vehicle_page
+from pipeline.report.html import placed, write_page
+from pipeline.report.results import VehicleResults
+from pipeline.report.vehicle_page import vehicle_page, vehicle_receipt
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
-from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
+from pipeline.stages.receipt import FirmwareFiles
 from pipeline.vehicle.load import vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
@@ -51,22 +48,7 @@ def run(job: Job) -> PageFile:
     envelopes = {stage: job.envelope(stage, MODELS[stage]) for stage in RECORD_STAGES}
     results = _results(job, page, envelopes)
     write_page(vehicle_page(results, assets=placed(page.parents[1] / "assets", page)), page)
-    entry = index_entry(results, page.relative_to("reports").as_posix())
-    return PageFile(
-        files={page.as_posix(): file_digest(page)},
-        title=entry.title,
-        name=job.vehicle_name,
-        href=entry.href,
-        data_note=entry.data_note,
-        errors=entry.status.errors,
-        warnings=entry.status.warnings,
-        failed_checks=entry.status.failed_checks,
-        not_computed=entry.status.not_computed,
-        glance=entry.glance,
-        bench=bench_line(job.vehicle_name, results.inverse, results.mooring),
-        days=_for_index(results, page),
-        trend_href=f"{entry.href}#trend" if has_trend(results) else "",
-    )
+    return vehicle_receipt(results, {page.as_posix(): file_digest(page)})
 
 
 def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> VehicleResults:
@@ -90,7 +72,12 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         firmware_files=tuple(
             Path(os.path.relpath(file, page.parent)).as_posix() for file in sorted(files)
         ),
-        trials=_trials(job, page),
+        page=page,
+        trials=tuple(
+            day
+            for _, one in job.all_in("trial_pages", "trial_page", PageReceipt)
+            if (day := one.record) is not None
+        ),
         changes=changes_of(job.vehicle_file),
         ignored=tuple(
             one
@@ -113,48 +100,4 @@ def _types_apart(job: Job, vehicle: Vehicle) -> tuple[str, ...]:
         f"tables of thruster type {name} ({', '.join(names) or 'no thruster'}) are on a page of "
         f"their own, {typed_name(job.vehicle_name, name)}."
         for name, names in of.items()
-    )
-
-
-def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
-    """Collect the trial days, addresses relative to the page."""
-    receipts = [one.record for _, one in job.all_in("trial_pages", "trial_page", PageReceipt)]
-    return tuple(
-        TrialDayLink(
-            one.name,
-            one.title,
-            one.line,
-            address_from(page, one.address),
-            tuple((run_label(run), address_from(page, run.page)) for run in one.runs),
-            one.parameters,
-            one.settled,
-            one.gains,
-            one.glance,
-            tuple("" if run.glance is None else run.glance.light for run in one.runs),
-        )
-        for one in receipts
-        if one is not None
-    )
-
-
-def run_label(run: RunLine) -> str:
-    """Name a run in a list, with what there is to say of it."""
-    said = run.line if run.glance is None else f"{run.glance.short}; {run.line}"
-    return f"{as_it_is(run.name)}: {said}"
-
-
-def _for_index(results: VehicleResults, page: Path) -> tuple[DayLine, ...]:
-    """Return the trial days, the latest first, with addresses from the index."""
-    folder = safe_link(page.parent.relative_to("reports").as_posix())
-    return tuple(
-        DayLine(
-            name=day.name,
-            title=day.title,
-            line=day.line,
-            href=f"{folder}/{day.href}",
-            runs=tuple((label, f"{folder}/{address}") for label, address in day.runs),
-            glance=day.glance,
-            lights=day.lights,
-        )
-        for day in reversed(results.trials)
     )

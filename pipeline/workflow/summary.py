@@ -7,9 +7,9 @@ from pipeline.errors import InputError
 from pipeline.journal import Event
 from pipeline.plan import MISSING, TITLES, processed_file, stage_log
 from pipeline.provenance import read_envelope
+from pipeline.records.pages import PageFile
 from pipeline.records.trial import PageReceipt
 from pipeline.report.page import glance_text
-from pipeline.stages.receipt import PageFile
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.pool_runs import result_file
 from pipeline.workflow.run import Result

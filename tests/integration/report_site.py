@@ -10,14 +10,15 @@ from typing import Any
 from pipeline.actions.design import DesignRequest, compute_design
 from pipeline.bundled.design import design_example
 from pipeline.records.base import Advice, Glance
+from pipeline.records.trial import RunLine
 from pipeline.report.design_page import design_page
 from pipeline.report.diagnosis_page import diagnosis_page
 from pipeline.report.html import placed, write_page
-from pipeline.report.page import index_entry, write_index
-from pipeline.report.results import DayResults, TrialDayLink, VehicleResults
+from pipeline.report.page import write_index
+from pipeline.report.results import DayResults, VehicleResults
 from pipeline.report.run_page import run_page
 from pipeline.report.trial_page import day_page
-from pipeline.report.vehicle_page import vehicle_page
+from pipeline.report.vehicle_page import vehicle_page, vehicle_receipt
 
 #: Kind of page -> where the workflow would put it.
 PLACES = {
@@ -65,16 +66,15 @@ def write_site(reports: Path) -> None:
     up_one = (("Index", "../index.html"),)
     text = design_page(_design(reports.parent), up_one, scripts["design"])
     write_page(text, found["design"])
-    entry = index_entry(results, "synthetic/index.html")
-    more = {
-        "days": tuple(_from_index(one) for one in reversed(results.trials)),
-        "trend_href": "synthetic/index.html#trend",
-        "diagnoses": (("residual buoyancy (96 %); pool-1", "synthetic/diagnoses/a/index.html"),),
-    }
     write_index(
-        [type(entry)(**{**entry.__dict__, **more})],
+        [vehicle_receipt(results, {})],
         found["index"],
-        [("raft", (("tether (80 %); r-1", "raft/diagnoses/b/index.html"),))],
+        {
+            "synthetic": (
+                ("residual buoyancy (96 %); pool-1", "synthetic/diagnoses/a/index.html"),
+            ),
+            "raft": (("tether (80 %); r-1", "raft/diagnoses/b/index.html"),),
+        },
         designs=(("Pilgrim: steady motion", "design/pilgrim-balance.html"),),
         assets=assets,
     )
@@ -87,25 +87,25 @@ def _results() -> tuple[VehicleResults, DayResults]:
     day = trials.day(results, 15.0, 10.2)
     runs = {"2026-05-03": "heave-steps", "2026-05-04": "zig-zag"}
     links = tuple(
-        TrialDayLink(
-            name=name,
-            title=f"Trial day {name}",
-            line="1 run; no warnings",
-            href=f"trials/{name}.html",
-            runs=((f"{run}: 60 s; depth to the bottom and back", f"runs/{run}.html"),),
-            parameters=(trials.parameter(value),),
-            glance=GLANCE,
-            lights=("red",),
+        trials.linked(name, value).model_copy(
+            update={
+                "line": "1 run; no warnings",
+                "page": f"reports/synthetic/trials/{name}.html",
+                "runs": (
+                    RunLine(
+                        name=run,
+                        line="60 s; depth to the bottom and back",
+                        page=f"reports/synthetic/runs/{run}.html",
+                        glance=GLANCE,
+                    ),
+                ),
+                "glance": GLANCE,
+            }
         )
         for (name, run), value in zip(runs.items(), (10.2, 15.0), strict=True)
     )
-    return type(results)(**{**results.__dict__, "trials": links}), day
-
-
-def _from_index(day: TrialDayLink) -> TrialDayLink:
-    runs = tuple((label, f"synthetic/{address}") for label, address in day.runs)
-    href = f"synthetic/{day.href}"
-    return TrialDayLink(day.name, day.title, day.line, href, runs, glance=GLANCE, lights=day.lights)
+    page = Path("reports/synthetic/index.html")
+    return type(results)(**{**results.__dict__, "page": page, "trials": links}), day
 
 
 def _design(folder: Path) -> Any:  # noqa: ANN401 - one of three records

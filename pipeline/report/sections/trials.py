@@ -2,17 +2,21 @@
 
 import textwrap
 from collections.abc import Collection, Mapping
+from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
 
 from pipeline.language import as_it_is, translate
 from pipeline.records.identification import IdentifiedParameter, StraightLineIdentification
+from pipeline.records.pages import DayLine
+from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Blocks, Details, Figure, Heading, Links, Text, chapter
+from pipeline.report.html import address_from
 from pipeline.report.numbers import plural
 from pipeline.report.page import SIGNS
-from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.results import VehicleResults
 from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 
 #: Trial days shown in the open; older ones are folded away.
@@ -32,22 +36,41 @@ def trials_section(results: VehicleResults) -> Blocks:
     days = {day.name: {one.name: one for one in day.parameters} for day in results.trials}
     trend = trend_blocks(days, unsettled)
     yield from (Heading(TREND_TITLE, "trend"), *trend) if trend else unsettled_days(unsettled)
-    latest_first = [block for day in results.trials[::-1] for block in _day(day)]
+    latest_first = [
+        block for day in results.trials[::-1] for block in _day(day_line(day, results.page))
+    ]
     yield from latest_first[: 2 * DAYS_SHOWN]
     older = tuple(latest_first[2 * DAYS_SHOWN :])
     yield Details(plural(len(older) // 2, "earlier trial day"), older) if older else None
 
 
-def _day(day: TrialDayLink) -> tuple[Heading, Links]:
+def day_line(day: PageReceipt, page: Path) -> DayLine:
+    """Name a trial day on a page, whose path is from the output folder."""
+
+    def label(run: RunLine) -> str:
+        said = run.line if run.glance is None else f"{run.glance.short}; {run.line}"
+        return f"{as_it_is(run.name)}: {said}"
+
+    return DayLine(
+        name=day.name,
+        title=day.title,
+        line=day.line,
+        href=address_from(page, day.address),
+        runs=tuple((label(run), address_from(page, run.page)) for run in day.runs),
+        glance=day.glance,
+        lights=tuple("" if run.glance is None else run.glance.light for run in day.runs),
+    )
+
+
+def _day(day: DayLine) -> tuple[Heading, Links]:
     # piece by piece: the whole has too many parts to be found again for translation
     signs: dict[str, str] = {light: f"{sign} " for light, (sign, _) in SIGNS.items()}
     parts = [day.line] if day.glance is None else [day.glance.short, day.line]
     sign = signs.get(day.glance.light if day.glance else "", "")
     said = as_it_is(f"{sign}{translate(day.title)}: {'; '.join(map(translate, parts))}")
-    lights = [*day.lights, *([""] * len(day.runs))]
     runs = (
         (f"{signs.get(light, '')}{label}", address)
-        for (label, address), light in zip(day.runs, lights, strict=False)
+        for (label, address), light in zip(day.runs, day.lights, strict=True)
     )
     return Heading(day.title, f"day-{day.name}"), Links(((said, day.href), *runs))
 

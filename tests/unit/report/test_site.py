@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.report import html
 from pipeline.report.blocks import Table
-from pipeline.report.page import index_entry, status_of, write_index
-from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.page import write_index
+from pipeline.report.results import VehicleResults
+from pipeline.report.vehicle_page import vehicle_receipt
 from pipeline.stages.index_page import design_links, write_index_again
 
 
@@ -17,14 +19,14 @@ def test_index_leads_to_every_vehicle_with_its_status(
     results: VehicleResults, tmp_path: Path
 ) -> None:
     other = dataclasses.replace(
-        results, vehicle=results.vehicle.model_copy(update={"title": "<b>Other</b>"})
+        results,
+        vehicle=results.vehicle.model_copy(update={"title": "<b>Other</b>"}),
+        page=Path("reports/a b/index.html"),
     )
     index = tmp_path / "index.html"
-    write_index(
-        [index_entry(results, "synthetic/index.html"), index_entry(other, "a b/index.html")], index
-    )
+    write_index([vehicle_receipt(results, {}), vehicle_receipt(other, {})], index)
     text = index.read_text(encoding="utf-8")
-    assert '<a href="synthetic/index.html">' in text
+    assert '<a href="vehicle/index.html">' in text
     assert '<a href="a%20b/index.html">' in text
     assert "<b>Other" not in text
     assert "&lt;b&gt;Other" in text
@@ -39,7 +41,7 @@ def test_empty_index_says_what_to_do(tmp_path: Path) -> None:
 
 
 def test_same_pages_give_the_same_bytes(results: VehicleResults, tmp_path: Path) -> None:
-    entries = [index_entry(results, "synthetic/index.html")]
+    entries = [vehicle_receipt(results, {})]
     write_index(entries, tmp_path / "a.html")
     write_index(entries, tmp_path / "b.html")
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
@@ -50,19 +52,19 @@ def test_status_counts_missing_results(results: VehicleResults) -> None:
         vehicle=results.vehicle.model_copy(update={"allocator": None}), mooring=results.mooring
     )
     # all but the mooring test, and the allocator is not asked for
-    assert status_of(bare).not_computed == 6
+    assert vehicle_receipt(bare, {}).not_computed == 6
 
 
 def test_index_lists_days_with_runs_and_designs_and_is_whole_without_scripts(
     results: VehicleResults, tmp_path: Path
 ) -> None:
-    day = TrialDayLink(
-        "2026-05-04", "Trial day 2026-05-04", "1 run", "v/trials/2026-05-04.html",
-        (("<i>zig-zag: 60 s", "v/runs/zig-zag.html"),),
+    day = PageReceipt(
+        kind="day", name="2026-05-04", files={}, title="Trial day 2026-05-04",
+        errors=0, warnings=0, line="1 run", page="reports/v/trials/2026-05-04.html",
+        runs=(RunLine(name="<i>zig-zag", line="60 s", page="reports/v/runs/zig-zag.html"),),
     )  # fmt: skip
-    entry = dataclasses.replace(
-        index_entry(results, "v/index.html"), days=(day,), trend_href="v/index.html#trend"
-    )
+    one = dataclasses.replace(results, page=Path("reports/v/index.html"), trials=(day,))
+    entry = vehicle_receipt(one, {}).model_copy(update={"trend_href": "v/index.html#trend"})
     page = tmp_path / "reports/design/pilgrim.html"
     page.parent.mkdir(parents=True)
     page.write_text("<!DOCTYPE html><title>Pilgrim &lt;1&gt;: loads</title>", encoding="utf-8")
@@ -83,7 +85,7 @@ def test_index_with_a_filter_loads_its_script_alone(
 ) -> None:
     monkeypatch.setattr(html, "_library", lambda: b"// library")
     index = tmp_path / "reports/index.html"
-    write_index([index_entry(results, "v/index.html")], index, assets=index.parent / "assets")
+    write_index([vehicle_receipt(results, {})], index, assets=index.parent / "assets")
     assert re.findall(r'<script defer src="(.*?)"', index.read_text()) == ["assets/filter.js"]
     assert (index.parent / "assets/filter.js").is_file()
 

@@ -17,7 +17,7 @@ from pipeline.records.table_changes import table_changes
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Text
 from pipeline.report.panels import thinned
-from pipeline.report.results import DayResults, TrialDayLink, VehicleResults
+from pipeline.report.results import DayResults, VehicleResults
 from pipeline.report.sections.trials import Days, has_trend, trend_blocks, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
 
@@ -226,9 +226,18 @@ def test_a_day_is_compared_with_the_last_one_that_settled(results: VehicleResult
     assert "so no trend is shown: 2026-05-03." in text
 
 
-def linked(name: str, value: float, *, settled: bool = True) -> TrialDayLink:
-    return TrialDayLink(
-        name, f"Trial day {name}", "1 run", f"trials/{name}.html", (), (parameter(value),), settled
+def linked(name: str, value: float, *, settled: bool = True) -> PageReceipt:
+    return PageReceipt(
+        kind="day",
+        name=name,
+        files={},
+        title=f"Trial day {name}",
+        errors=0,
+        warnings=0,
+        line="1 run",
+        page=f"reports/vehicle/trials/{name}.html",
+        parameters=(parameter(value),),
+        settled=settled,
     )
 
 
@@ -252,7 +261,8 @@ def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
 
 
 def test_one_day_folded_away_is_no_days(results: VehicleResults) -> None:
-    days = tuple(replace(linked(f"2026-05-0{n}", 1.0), parameters=()) for n in range(1, 7))
+    day = linked("2026-05-01", 1.0).model_copy(update={"parameters": ()})
+    days = tuple(day.model_copy(update={"name": f"2026-05-0{n}"}) for n in range(1, 7))
     blocks = trials_section(replace(results, trials=days)).blocks
     (folded,) = [one for one in blocks if isinstance(one, Details)]
     assert folded.summary == "1 earlier trial day"
