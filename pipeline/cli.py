@@ -260,10 +260,10 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
     from pipeline.workflow.one_result import export_firmware
     from pipeline.workflow.run import RunRequest
 
-    exported = export_firmware(RunRequest((vehicle,), raw, out), to)
-    for path in exported.files:
+    files, refused = export_firmware(RunRequest((vehicle,), raw, out), to)
+    for path in files:
         click.echo(path)
-    end_with(exported.refused)
+    end_with(refused)
 
 
 #: Time of the marks of finished jobs. [s since 1970]

@@ -37,10 +37,11 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
     """
     from pipeline.workflow.one_result import validated
 
-    result = validated(vehicle, raw, out)
+    result, page = validated(vehicle, raw, out)
+    name = result.vehicle.name
     body = {
         "schema": "rig2sea/validate/1",
-        "vehicle": result.vehicle,
+        "vehicle": name,
         **result.record.model_dump(mode="json"),
     }
     if to is not None:
@@ -50,8 +51,8 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
     if as_json:
         print_json(body)
     else:
-        say(_text(result.vehicle, result.record))
-        pictures = result.page or f"Pictures: rig2sea run {result.vehicle}, then its report."
+        say(_text(name, result.record))
+        pictures = page or f"Pictures: rig2sea run {name}, then its report."
         click.echo(f"\n{result.file}\n{translate(str(pictures))}")
     end_with(result.refused)
 

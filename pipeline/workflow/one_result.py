@@ -10,8 +10,15 @@ from typing import Generic, TypeVar
 
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import CannotComputeError, InputError, Problem
-from pipeline.plan import TITLES, UsageError, choose, processed_file, report_file
-from pipeline.provenance import Envelope, file_digest, read_envelope, read_raw_envelope, unwritable
+from pipeline.plan import (
+    TITLES,
+    UsageError,
+    VehicleFolder,
+    choose,
+    processed_file,
+    report_file,
+)
+from pipeline.provenance import file_digest, read_envelope, read_raw_envelope, unwritable
 from pipeline.records.base import Record
 from pipeline.records.validation import AllocatorValidation
 from pipeline.stages.receipt import FirmwareFiles
@@ -27,30 +34,23 @@ R = TypeVar("R", bound=Record)
 class OneResult(Generic[R]):
     """The result, the file it was read from, and the errors of raw files it had to do without."""
 
-    vehicle: str
+    vehicle: VehicleFolder
     file: Path
-    envelope: Envelope[R]
+    record: R
     refused: tuple[Problem, ...]
 
 
-def one_result(request: RunRequest, stage: str, model: type[R]) -> OneResult[R]:
+def one_result(request: RunRequest, stage: str, model: type[R], lacks: str) -> OneResult[R]:
     """Bring one stage's result up to date and read it; progress goes to standard error.
 
-    Parameters
-    ----------
-    request : RunRequest
-        With exactly one vehicle.
-    stage : str
-        A stage that writes an envelope.
-    model : type of Record
-        What the envelope holds.
+    The request names exactly one vehicle; `lacks` says of it what it is without the result.
 
     Raises
     ------
     UsageError
         When there is no such vehicle.
     InputError, CannotComputeError
-        When the vehicle cannot be read, or a stage failed; the text says why.
+        When the vehicle cannot be read, a stage failed or has no data; the text says why.
     """
     result = run(replace(request, only=(stage,)), Progress(sys.stderr))
     for problem in result.refused:
@@ -62,35 +62,19 @@ def one_result(request: RunRequest, stage: str, model: type[R]) -> OneResult[R]:
     if not result.complete and not file.is_file():
         raise CannotComputeError(f"{name}: the run did not come to this: {TITLES[stage]}.")
     envelope = read_envelope(file, stage, model)
+    if envelope.record is None:
+        raise CannotComputeError(f"{name} {lacks} {envelope.why_not}")
     (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
-    return OneResult(name, file, envelope, refused_behind(vehicle, stage, request.out))
+    refused = refused_behind(vehicle, stage, request.out)
+    return OneResult(vehicle, file, envelope.record, refused)
 
 
-@dataclass(frozen=True)
-class ExportedFiles:
-    """The files written, and the errors of raw files that the tables had to do without."""
-
-    files: tuple[Path, ...]
-    refused: tuple[Problem, ...]
-
-
-def export_firmware(request: RunRequest, to: Path) -> ExportedFiles:
-    """Copy one vehicle's firmware files, made anew where they are stale.
+def export_firmware(request: RunRequest, to: Path) -> tuple[tuple[Path, ...], tuple[Problem, ...]]:
+    """Copy one vehicle's firmware files into a folder, made anew where they are stale.
 
     Checks of the tables that failed are told on standard error: the files are good to compile, and
-    whoever flashes them should know.
-
-    Parameters
-    ----------
-    request : RunRequest
-        With exactly one vehicle.
-    to : Path
-        Folder that gets the files.
-
-    Returns
-    -------
-    ExportedFiles
-        The files written, and what is missing from them.
+    whoever flashes them should know. Returns the files written, and the errors of raw files that
+    the tables had to do without. The request names exactly one vehicle.
 
     Raises
     ------
@@ -99,19 +83,14 @@ def export_firmware(request: RunRequest, to: Path) -> ExportedFiles:
     InputError
         When the folder cannot be written.
     """
-    made = one_result(request, "firmware", FirmwareFiles)
-    receipt = made.envelope
-    if receipt.record is None:
-        raise CannotComputeError(f"{made.vehicle} has no firmware tables. {receipt.why_not}")
-    sources = [request.out / file for file in receipt.record.files]
-    files = _copied(sources, to)
-    (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
+    made = one_result(request, "firmware", FirmwareFiles, "has no firmware tables.")
+    files = _copied([request.out / file for file in made.record.files], to)
     say = Progress(sys.stderr).say
-    for note in receipt.record.notes:
+    for note in made.record.notes:
         say(note)
-    for check in failed_checks_behind(vehicle, "firmware", request.out):
-        say(check_line(made.vehicle, check))
-    return ExportedFiles(files, made.refused)
+    for check in failed_checks_behind(made.vehicle, "firmware", request.out):
+        say(check_line(made.vehicle.name, check))
+    return files, made.refused
 
 
 def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:
@@ -132,43 +111,18 @@ def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:
     return targets
 
 
-@dataclass(frozen=True)
-class Validated:
-    """The result and where it lies."""
+def validated(
+    text: str, raw: Path, out: Path
+) -> tuple[OneResult[AllocatorValidation], Path | None]:
+    """Run what is stale of what one vehicle's flights need; also the report that shows them.
 
-    vehicle: str
-    record: AllocatorValidation
-    file: Path
-    page: Path | None
-    """The vehicle's report, where it shows these flights."""
-    refused: tuple[Problem, ...]
-    """Errors of raw files that the tables had to do without."""
-
-
-def validated(text: str, raw: Path, out: Path) -> Validated:
-    """Run what is stale of what one vehicle's flights need, and return them.
-
-    Parameters
-    ----------
-    text : str
-        A name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled name.
-    raw, out : Path
-        The raw folder, and the folder that gets ``processed/`` and ``reports/``.
-
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle.
-    InputError, CannotComputeError
-        When it cannot be read, or there is nothing to fly; the text says why.
+    `text` is a name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled
+    name; `out` gets ``processed/`` and ``reports/``. Raises as `one_result`.
     """
     request = RunRequest((_place(text, raw, out),), raw, out)
-    made = one_result(request, "validation", AllocatorValidation)
-    name, record = made.vehicle, made.envelope.record
-    if record is None:
-        raise CannotComputeError(f"{name} cannot be flown. {made.envelope.why_not}")
-    page = out / report_file(name) if _is_shown(name, out) else None
-    return Validated(name, record, made.file, page, made.refused)
+    made = one_result(request, "validation", AllocatorValidation, "cannot be flown.")
+    name = made.vehicle.name
+    return made, out / report_file(name) if _is_shown(name, out) else None
 
 
 def _is_shown(name: str, out: Path) -> bool:

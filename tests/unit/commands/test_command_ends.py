@@ -8,8 +8,9 @@ from click.testing import CliRunner, Result
 
 from pipeline.cli import cli
 from pipeline.errors import Place, Problem
+from pipeline.plan import VehicleFolder
 from pipeline.workflow import one_result
-from pipeline.workflow.one_result import Validated
+from pipeline.workflow.one_result import OneResult
 from pipeline.workflow.start import StoppedError
 from pipeline.workflow.watch import Watcher
 
@@ -25,8 +26,9 @@ def test_validate_ends_with_1_when_a_file_was_refused(
     refused: tuple[Problem, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record = SimpleNamespace(model_dump=lambda **_: {"flight_s": 40.0})
-    done = Validated("boat", record, Path("validation.json"), None, refused)  # type: ignore[arg-type]
-    monkeypatch.setattr(one_result, "validated", lambda *_: done)
+    boat = VehicleFolder("boat", "raw/boat")
+    done = OneResult(boat, Path("validation.json"), record, refused)
+    monkeypatch.setattr(one_result, "validated", lambda *_: (done, None))
     result = call("validate", "boat", "--json")
     assert result.exit_code == len(refused)
     assert '"flight_s": 40.0' in result.stdout, "the result is there all the same"

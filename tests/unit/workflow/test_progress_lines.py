@@ -259,12 +259,11 @@ def test_export_tells_the_failed_checks_behind_the_firmware(
         FirmwareFiles(files={"processed/boat/firmware/boat.h": "0"}),
     )
     write_envelope(tmp_path / firmware, receipt)
-    made = one_result.OneResult("boat", tmp_path / firmware, receipt, ())
     boat = VehicleFolder("boat", "raw/boat")
+    made = one_result.OneResult(boat, tmp_path / firmware, receipt.record, ())
     monkeypatch.setattr(one_result, "one_result", lambda *_: made)
-    monkeypatch.setattr(one_result, "choose", lambda *_: ((boat,), ()))
-    done = one_result.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
-    assert done.refused == ()
+    _, refused = one_result.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
+    assert refused == ()
     assert (tmp_path / "to/boat.h").is_file()
     told = capsys.readouterr().err
     assert "check failed: boat, inverse characteristic" in told
