@@ -33,7 +33,7 @@ from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import file_digest, read_envelope
 from pipeline.records.base import AppliedChange, FileChange
 from pipeline.records.day_findings import DayDiagnosis, DayFinding, RunDiagnosis
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
 from pipeline.records.identification import Identification, VehicleIdentification
 from pipeline.records.trial import TrialDay
 from pipeline.types import FloatArray
@@ -89,15 +89,8 @@ class ChangeProposal:
 def propose(vehicle: str, source: str, raw: Path, out: Path) -> ChangeProposal:
     """Work out what a result changes in a vehicle's file.
 
-    Parameters
-    ----------
-    vehicle : str
-        A name under the raw folder, or a path.
-    source : str
-        "diagnosis" or "identification" (the last one of the vehicle), a file or a folder with one,
-        a trial day, or a pool run.
-    raw, out : Path
-        The raw folder, and the folder that holds ``processed/``.
+    `vehicle` is a name under the raw folder, or a path; `source` is "diagnosis" or "identification"
+    (the last one of the vehicle), a file or a folder with one, a trial day, or a pool run.
 
     Raises
     ------
@@ -147,9 +140,8 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
         ) from error
     if isinstance(body, dict) and "verdict" in body:
         diagnosis = DiagnosisRecord.model_validate_json(path.read_bytes())
-        gap = _gap("gap, in healthy floors", diagnosis)
         runs = diagnosis.verdict.runs or diagnosis.runs
-        return FoundChanges(path, source_of(runs), runs, diagnosis.changes, gap)
+        return FoundChanges(path, source_of(runs), runs, diagnosis.changes, _gap(diagnosis))
     if isinstance(body, dict) and "whole_vehicle" in body:
         record = Identification.model_validate_json(path.read_bytes())
         runs = tuple(run.name for run in record.runs)
@@ -161,63 +153,62 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
         raise CannotComputeError(
             f"{file} was changed after {path} was computed from it. Run `rig2sea run {name}` first."
         )
-    if kind == "day_diagnoses":
-        return _of_day(path, str(file.parent), raw, out)
-    if kind == "run_diagnoses":
-        return _of_run(path, str(file.parent), raw, out)
+    vehicle = str(file.parent)
+    if kind in {"day_diagnoses", "run_diagnoses"}:
+        ranked, runs, gap = _of_day(path) if kind == "day_diagnoses" else _of_run(path)
+        if ranked is None:
+            raise CannotComputeError(
+                f"The diagnosis of the day {path.stem} found no fault."
+                if kind == "day_diagnoses"
+                else f"The diagnosis of the run {path.stem} found no fault."
+            )
+        one = load_simulated(vehicle, raw, out)
+        changes = diagnosed_changes(one, ranked, ranked_specs(ranked))
+        return FoundChanges(path, source_of(runs), runs, changes, gap)
     day = read_envelope(path, "trial_day", TrialDay)
     fit = None if day.record is None else day.record.identification
     if day.record is None or fit is None or fit.why_no_file or not fit.converged:
         reason = "" if fit is None else fit.why_no_file
         raise CannotComputeError(f"The day {path.stem} has no values that stand. {reason}".rstrip())
-    changes = identified_changes(load_simulated(str(file.parent), raw, out), fit)
+    changes = identified_changes(load_simulated(vehicle, raw, out), fit)
     return FoundChanges(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
 
 
-def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
-    """Take the first fault that the diagnosis of a trial day found."""
+#: A fault, the runs that show it, and the gap before and after it; without a fault None first.
+_Fault = tuple[RankedEffect | None, tuple[str, ...], dict[str, tuple[float, float]]]
+
+
+def _of_day(path: Path) -> _Fault:
+    """Take the first fault of a trial day; the gap is of all runs together or of each."""
     day = read_envelope(path, "day_diagnosis", DayDiagnosis).record
     found = _fault(day)
-    if found is None or found.ranked is None:
-        raise CannotComputeError(f"The diagnosis of the day {path.stem} found no fault.")
-    one = load_simulated(vehicle, raw, out)
-    changes = diagnosed_changes(one, found.ranked, ranked_specs(found.ranked))
-    gap = _gap_of_day(path, day, found)
-    return FoundChanges(path, source_of(found.runs), found.runs, changes, gap)
-
-
-def _of_run(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
-    """Take the fault that the diagnosis of a pool run found."""
-    run = read_envelope(path, "run_diagnosis", RunDiagnosis).record
-    own = None if run is None else run.record
-    names = set() if own is None else {*own.verdict.effects}
-    ranked = () if own is None or names & {"none", "unknown"} else own.ranking
-    found = next((one for one in ranked if {*one.effect.split("+")} == names), None)
-    if own is None or found is None:
-        raise CannotComputeError(f"The diagnosis of the run {path.stem} found no fault.")
-    one = load_simulated(vehicle, raw, out)
-    changes = diagnosed_changes(one, found, ranked_specs(found))
-    gap = _gap("gap, in healthy floors", own)
-    return FoundChanges(path, source_of(own.runs), own.runs, changes, gap)
-
-
-def _gap_of_day(
-    path: Path, day: DayDiagnosis | None, found: DayFinding
-) -> dict[str, tuple[float, float]]:
-    """Gap of a finding before and after it, of all runs together or of each that said so."""
+    if day is None or found is None:
+        return None, (), {}
     if found.by == "together":
-        together = None if day is None else day.together
-        return {} if together is None else _gap("gap, in healthy floors", together)
+        return found.ranked, found.runs, {} if day.together is None else _gap(day.together)
     gaps: dict[str, tuple[float, float]] = {}
     for run in found.runs:
         file = path.parent.parent / "run_diagnoses" / f"{run}.json"
         own = read_envelope(file, "run_diagnosis", RunDiagnosis).record if file.is_file() else None
         if own is not None and own.record is not None:
-            gaps |= _gap(f"gap of {run}, in healthy floors", own.record)
-    return gaps
+            gaps |= _gap(own.record, f"gap of {run}, in healthy floors")
+    return found.ranked, found.runs, gaps
 
 
-def _gap(name: str, record: DiagnosisRecord) -> dict[str, tuple[float, float]]:
+def _of_run(path: Path) -> _Fault:
+    """Take the fault of a pool run."""
+    run = read_envelope(path, "run_diagnosis", RunDiagnosis).record
+    if run is None or run.record is None:
+        return None, (), {}
+    own, names = run.record, {*run.record.verdict.effects}
+    ranked = () if names & {"none", "unknown"} else own.ranking
+    found = next((one for one in ranked if {*one.effect.split("+")} == names), None)
+    return found, own.runs, _gap(own)
+
+
+def _gap(
+    record: DiagnosisRecord, name: str = "gap, in healthy floors"
+) -> dict[str, tuple[float, float]]:
     return {name: (record.shrink.before, record.shrink.after)}
 
 
@@ -229,13 +220,6 @@ def _fault(day: DayDiagnosis | None) -> DayFinding | None:
         if one.ranked is not None and not {"none", "unknown"} & {*one.effects}
     )
     return next(named, None)
-
-
-def _has_fault(path: Path) -> bool:
-    """Tell whether there is a diagnosis of a day, and a fault in it."""
-    return path.is_file() and (
-        _fault(read_envelope(path, "day_diagnosis", DayDiagnosis).record) is not None
-    )
 
 
 def _quality(found: VehicleIdentification | None) -> dict[str, tuple[float, float]]:
@@ -260,7 +244,7 @@ def _result_file(name: str, source: str, out: Path) -> Path:
         out / "reports" / name / "diagnoses" / source / "diagnosis.json",
     ]
     diagnosed = processed / "day_diagnoses" / f"{source}.json"
-    if not Path(source).exists() and _has_fault(diagnosed):
+    if not Path(source).exists() and diagnosed.is_file() and _of_day(diagnosed)[0] is not None:
         return diagnosed  # values identified on a day with a fault would spread it over all
     for path in places:
         if path.is_file():
