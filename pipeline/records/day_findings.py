@@ -80,13 +80,7 @@ class DayDiagnosis(Record):
 
 
 def agree(alone: Mapping[str, DiagnosisRecord]) -> bool:
-    """Tell whether one answer holds for all runs: none of them rules it out by itself.
-
-    Parameters
-    ----------
-    alone : mapping of str to DiagnosisRecord
-        Run -> its answer by itself.
-    """
+    """Tell whether one answer holds for all runs: none rules it out by itself, `alone`."""
     possible = [{_key(record)} | _others(record) for record in alone.values()]
     return bool(set.intersection(*possible)) if possible else False
 
@@ -94,19 +88,9 @@ def agree(alone: Mapping[str, DiagnosisRecord]) -> bool:
 def day_findings(
     alone: Mapping[str, DiagnosisRecord], together: DiagnosisRecord | None = None
 ) -> tuple[DayFinding, ...]:
-    """Combine the answers.
+    """Combine the answers of each run by itself, in order of time, and to all of them together.
 
-    Parameters
-    ----------
-    alone : mapping of str to DiagnosisRecord
-        Run -> its answer by itself, in order of time.
-    together : DiagnosisRecord, optional
-        The answer to all of them.
-
-    Returns
-    -------
-    tuple of DayFinding
-        Named causes first, then what is unknown, then runs in which nothing is wrong.
+    Named causes come first, then what is unknown, then runs in which nothing is wrong.
     """
     if together is not None and agree(alone):
         return (_finding([*alone], together, "together"),)

@@ -58,20 +58,9 @@ def mean_held(
     for an accelerometer. The mean leaves a lagging drive where the two in turn leave it, but for
     what the lag forgets within a step.
 
-    Parameters
-    ----------
-    sent_s : ndarray, shape (n,)
-        When each command was sent, ascending. [s]
-    values : ndarray, shape (n, k)
-        The commands; the first is taken to have held before, too.
-    time_s : ndarray, shape (m,)
-        Begins of the steps. [s]
-    step_s : float
-        Their length. [s]
-
-    Returns
-    -------
-    ndarray, shape (m, k)
+    `sent_s` (n,) is when each of the commands `values` (n, k) was sent, ascending, the first taken
+    to have held before, too; `time_s` (m,) are the begins of the steps, `step_s` long. [s]. Returns
+    the means (m, k).
 
     Examples
     --------
@@ -177,16 +166,10 @@ class OffRow:
     def of(
         cls, time_s: FloatArray, values: FloatArray, reading_s: FloatArray, readings: FloatArray
     ) -> Self | None:
-        """Compare readings with a table; None where all stand in their rows.
+        """Compare `readings` (n, k) at `reading_s` (n,) with a table; None where all stand in rows.
 
-        Parameters
-        ----------
-        time_s : ndarray, shape (m,)
-            Evenly spaced times of the table. [s]
-        values : ndarray, shape (m, k)
-            The table; four columns are a quaternion of either sign.
-        reading_s, readings : ndarray, shape (n,), (n, k)
-            Times and values of the readings.
+        The table has `values` (m, k) at evenly spaced times `time_s` (m,) [s]; four columns are a
+        quaternion of either sign.
         """
         if time_s.size < 2:
             return None

@@ -68,20 +68,10 @@ class Cell:
 
 
 def find_cell(tables: Mapping[str, Any], words: Sequence[str]) -> Cell:
-    """Find a number.
+    """Find a number in the body of ``tables.json``, with what is known of it.
 
-    Parameters
-    ----------
-    tables : mapping
-        The body of ``tables.json``.
-    words : sequence of str
-        One path, or table, coefficient and speed (Tables 2 and 4, in m/s) or number of the
-        coefficient (Tables 1 and 3, from 0) in any order.
-
-    Returns
-    -------
-    Cell
-        The number with what is known of it.
+    `words` are one path, or table, coefficient and speed (Tables 2 and 4, in m/s) or number of the
+    coefficient (Tables 1 and 3, from 0) in any order.
 
     Raises
     ------

@@ -65,24 +65,11 @@ class Due:
 def engine_jobs(
     due: Sequence[Due], out: Path, workers: int, others: Sequence[str] | None
 ) -> tuple[EngineJob, ...]:
-    """Share what is due out over processes.
+    """Share what is due out over processes; jobs without steps are left out.
 
-    Parameters
-    ----------
-    due : sequence of Due
-        The vehicles.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    workers : int
-        Processes that may be at work side by side; none is to be idle for the sake of a job.
-    others : sequence of str or None
-        Vehicles that are not part of this execution, to which the index also leads; None where no
-        index is made.
-
-    Returns
-    -------
-    tuple of EngineJob
-        Those that have steps.
+    Of `workers`, processes that may be at work side by side, none is to be idle for the sake of a
+    job. The index also leads to `others`, vehicles that are not part of this execution; None where
+    no index is made.
     """
     found: list[EngineJob] = []
     small = [one for one in due if one.stages and not (one.plan and one.plan.pending)]
@@ -172,10 +159,7 @@ def waits(jobs: Sequence[EngineJob]) -> dict[str, list[str]]:
 def hand_over(jobs: Sequence[EngineJob], out: Path) -> Mapping[str, list[str]]:
     """Write what each job has to do, and forget the marks of an earlier execution.
 
-    Returns
-    -------
-    mapping of str to list of str
-        What each job waits for (`waits`), for the engine's configuration.
+    Returns what each job waits for (`waits`), for the engine's configuration.
     """
     code = cache(code_digest)
     shutil.rmtree(out / FOLDER, ignore_errors=True)

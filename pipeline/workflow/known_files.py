@@ -81,20 +81,9 @@ def misfits(  # noqa: PLR0917 - what a result is compared with
 ) -> Iterator[str]:
     """Yield each reason why a result does not fit what there is now; none where it does.
 
-    Parameters
-    ----------
-    head : Head
-        What the result says of itself.
-    code : str
-        Digest of the code that would make it now.
-    vehicle : VehicleFolder
-        The vehicle that it is of.
-    out : Path
-        The folder of ``processed/``.
-    digest : callable
-        Digest of a file as it is now.
-    expected : collection of str, optional
-        Names of all the files that it would be made from now.
+    `head` is what the result says of itself, `code` the digest of the code that would make it now,
+    `digest` gives that of a file as it is now; `expected` names all the files that it would be made
+    from now. `out` is the folder of ``processed/``.
     """
     if head.code != code:
         yield "the program has changed since"
@@ -209,20 +198,10 @@ def due_stages(
 ) -> tuple[str, ...]:
     """Return the stages of a vehicle whose results are missing or do not fit, in order.
 
-    Parameters
-    ----------
-    vehicle : VehicleFolder
-        The vehicle; its folder is relative to `out` or absolute.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    wanted : frozenset of str
-        The stages that are looked at, with all that they need.
-    code : callable
-        Digest of the code of a module, which takes its time: kept by who asks for many vehicles.
-    known : KnownFiles, optional
-        Digests from earlier runs.
-    force : bool
-        All of them are to be made anew.
+    Its folder is relative to `out`, that of ``processed/`` and ``reports/``, or absolute. `wanted`
+    are the stages that are looked at, with all that they need; `force`: all of them are to be made
+    anew. `code` gives the digest of the code of a module, which takes its time: kept by who asks
+    for many vehicles. `known` has digests from earlier runs.
 
     Raises
     ------

@@ -65,22 +65,11 @@ class Link:
 
 
 def lineage(vehicle: VehicleFolder, out: Path, table: str, stage: str) -> Link:
-    """Follow a table of ``tables.json`` back to the raw files.
+    """Follow a table of ``tables.json`` back to the raw files: that file with all it is made from.
 
-    Parameters
-    ----------
-    vehicle : VehicleFolder
-        The vehicle; its folder is relative to `out` or absolute.
-    out : Path
-        The folder of ``processed/``.
-    table, stage : str
-        The table, and the stage that computed it: the other inputs of ``tables.json`` are left
-        out, and of the inverse characteristic those that this table is not made of.
-
-    Returns
-    -------
-    Link
-        ``tables.json``, with all that it was made from.
+    `stage` computed the table: the other inputs of ``tables.json`` are left out, and of the inverse
+    characteristic those that this table is not made of. The vehicle's folder is relative to `out`,
+    that of ``processed/``, or absolute.
 
     Raises
     ------

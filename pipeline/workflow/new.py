@@ -22,23 +22,10 @@ _ITS_OWN = ("name", "title", "data_note", "columns", "published")
 def write_new_vehicle(
     name: str, raw: Path, *, example: bool = False, like: str | None = None
 ) -> list[Path]:
-    """Write a vehicle's raw folder; nothing that is there is touched.
+    """Write a vehicle's folder into the raw folder; nothing that is there is touched.
 
-    Parameters
-    ----------
-    name : str
-        Name of the vehicle.
-    raw : Path
-        The raw folder, made when it is not there.
-    example : bool
-        Write the example vehicle of that name with its raw files instead of forms.
-    like : str, optional
-        Begin with the model, sensors and channels of this bundled vehicle.
-
-    Returns
-    -------
-    list of Path
-        The files written.
+    Returns the files written: forms, or with `example` the example vehicle of that name with its
+    raw files. `like`: begin with the model, sensors and channels of this bundled vehicle.
 
     Raises
     ------
@@ -109,17 +96,7 @@ def _file_like(like: str, name: str) -> str:
 
 
 def example_files(name: str) -> dict[str, bytes]:
-    """Return the files of an example vehicle.
-
-    Parameters
-    ----------
-    name : str
-        One of `EXAMPLES`.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path relative to the vehicle's folder -> contents.
+    """Return the files of one of the `EXAMPLES`: path within its folder -> contents.
 
     Raises
     ------

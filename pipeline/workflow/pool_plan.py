@@ -65,20 +65,9 @@ def batches(
 ) -> tuple[Batch, ...]:
     """Share the runs that have something to do out.
 
-    Parameters
-    ----------
-    pending : mapping of str to sequence of str
-        Stage -> runs.
-    days : mapping of str to sequence of str
-        Day -> its runs. A batch has runs of one day: its page waits for no other's.
-    sizes : mapping of str to int
-        Run -> bytes of its log.
-    workers : int
-        Processes that may be at work side by side; none is to be idle for the sake of a batch.
-
-    Returns
-    -------
-    tuple of Batch
+    `pending` gives the runs of each stage, `sizes` the bytes of each run's log. A batch has runs of
+    one of the `days`: its page waits for no other's. Of `workers`, processes that may be at work
+    side by side, none is to be idle for the sake of a batch.
 
     Examples
     --------
@@ -208,25 +197,9 @@ def plan_pool(
 ) -> PoolPlan:
     """Compare the results of a vehicle's runs with what they were made from.
 
-    Parameters
-    ----------
-    vehicle : VehicleFolder
-        The vehicle.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    known : KnownFiles
-        Digests from earlier runs.
-    waiting : frozenset of str
-        Names of logs that are still being copied.
-    force : bool
-        Everything is to be made anew, but the tables of past days: they are history.
-    workers : int
-        Processes that may be at work side by side.
-
-    Returns
-    -------
-    PoolPlan
-        With `stale`, the files to remove before the engine starts.
+    The `stale` files of the plan are to be removed before the engine starts. `known` has digests
+    from earlier runs, `waiting` names logs that are still being copied. `force`: everything is to
+    be made anew, but the tables of past days: they are history.
     """
     found = pool_logs(vehicle, out, waiting)
     logs = {log.run: log for log in found}

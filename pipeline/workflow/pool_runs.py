@@ -62,21 +62,9 @@ def run_name(file: str) -> str:
 def pool_logs(
     vehicle: VehicleFolder, base: Path, waiting: frozenset[str] = frozenset()
 ) -> tuple[PoolLog, ...]:
-    """Find a vehicle's logs.
+    """Find a vehicle's logs, by name of the file; its folder is relative to `base`.
 
-    Parameters
-    ----------
-    vehicle : VehicleFolder
-        The vehicle.
-    base : Path
-        What its folder is relative to.
-    waiting : frozenset of str
-        Names of logs that are still being copied: left for later.
-
-    Returns
-    -------
-    tuple of PoolLog
-        By name of the file.
+    `waiting` names logs that are still being copied: left for later.
     """
     folder = base / vehicle.folder / POOL
     found: list[PoolLog] = []
@@ -101,14 +89,7 @@ def pool_logs(
 def day_problems(vehicle: str, logs: Iterable[PoolLog], days: Mapping[str, str]) -> list[Problem]:
     """Return a warning for each log whose name says another day than its times.
 
-    Parameters
-    ----------
-    vehicle : str
-        Its name.
-    logs : iterable of PoolLog
-        Its logs.
-    days : mapping of str to str
-        Run -> the day that it is taken for.
+    `days` gives the day that each run is taken for.
     """
     found = []
     for log in logs:

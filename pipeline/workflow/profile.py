@@ -11,17 +11,9 @@ _LARGEST_BYTES = 1_000_000
 
 
 def find_profile(text: str) -> Path:
-    """Return the folder of a profile.
+    """Return the folder of a profile, absolute.
 
-    Parameters
-    ----------
-    text : str
-        Name of a shipped profile (``"slurm"``), or a path to a folder with ``config.yaml``.
-
-    Returns
-    -------
-    Path
-        The folder, absolute.
+    `text` is the name of a shipped one (``"slurm"``), or a path to a folder with ``config.yaml``.
 
     Raises
     ------

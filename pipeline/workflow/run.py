@@ -80,19 +80,7 @@ class Result:
 
 
 def run(request: RunRequest, progress: Progress) -> Result:
-    """Bring the results of the chosen vehicles up to date.
-
-    Parameters
-    ----------
-    request : RunRequest
-        Vehicles, folders, number of cores.
-    progress : Progress
-        Is told every event.
-
-    Returns
-    -------
-    Result
-        What came of it.
+    """Bring the results of the chosen vehicles up to date; `progress` is told every event.
 
     Raises
     ------

@@ -36,25 +36,11 @@ def start(
     *,
     profile: Path | None = None,
 ) -> bool:
-    """Run the workflow to its end.
+    """Run the workflow to its end, and say whether everything was done.
 
-    Parameters
-    ----------
-    config : Path
-        What the Snakefile is told; logs and journal lie beside it.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    cores : int or None
-        Cores to use; None for all that this process may use.
-    progress : Progress
-        Is told every event.
-    profile : Path, optional
-        Folder of the profile that says where the jobs are executed; here, when there is none.
-
-    Returns
-    -------
-    bool
-        Whether everything was done.
+    `config` is what the Snakefile is told, with logs and journal beside it; `out` the folder of
+    ``processed/`` and ``reports/``. Without `cores` all are used that this process may use, without
+    the folder of a `profile` the jobs are executed here. `progress` is told every event.
 
     Raises
     ------

@@ -47,15 +47,7 @@ def _receipt(page: str, out: Path) -> PageReceipt | None:
 
 
 def summary(result: Result, out: Path) -> Iterator[str]:
-    """Yield the paragraphs to print; the last one names the report.
-
-    Parameters
-    ----------
-    result : Result
-        What came of the run.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    """
+    """Yield the paragraphs to print of a run, whose results are in `out`; last comes the report."""
     for outcome in result.outcomes:
         yield from _without_data(outcome)
         yield from _warnings(outcome)

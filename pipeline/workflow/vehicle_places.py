@@ -31,12 +31,7 @@ _MEMORY = "places.json"
 def index_digest(vehicles: Sequence[str], others: Sequence[str], out: Path) -> str:
     """Digest of the index and of all that it was made from.
 
-    Parameters
-    ----------
-    vehicles, others : sequence of str
-        The vehicles of this execution, and those with results from before.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
+    Of the vehicles of this execution, and of `others` with results from before.
     """
     receipts = [(name, out / processed_file(name, "vehicle_page")) for name in (*vehicles, *others)]
     lines = [code_digest("pipeline.stages.index_page"), file_digest(out / INDEX)]
@@ -97,19 +92,8 @@ def _typed(vehicle: VehicleFolder, thruster_type: str, out: Path) -> VehicleFold
 def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[str, ...]:
     """Remove the receipts of vehicles that are not where they were, and the index that lists them.
 
-    Parameters
-    ----------
-    state : Path
-        Folder of the workflow's memory.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-    here : sequence of VehicleFolder
-        The vehicles of this execution; their places are kept in mind.
-
-    Returns
-    -------
-    tuple of str
-        Names of the vehicles that went.
+    Returns the names of the vehicles that went. `state` is the folder of the workflow's memory; the
+    places of those `here`, in this execution, are kept in mind.
     """
     places = _remembered(state / _MEMORY) | {one.name: one.folder for one in here}
     gone = tuple(
@@ -133,13 +117,8 @@ def taken_over(
 ) -> tuple[tuple[str, str], ...]:
     """Vehicles whose results are those of a namesake in another raw folder, which is still there.
 
-    To be asked before `forget_gone`, which remembers the new places. A folder that was moved or
-    renamed is no namesake.
-
-    Returns
-    -------
-    tuple of (str, str)
-        Name, and the folder whose results are there.
+    Each with the folder whose results are there. To be asked before `forget_gone`, which remembers
+    the new places. A folder that was moved or renamed is no namesake.
     """
     places = _remembered(state / _MEMORY)
     return tuple(
