@@ -75,10 +75,10 @@ def bench_changes(
         x_label="control code",
         y_label="thrust  [N]",
         points=True,
-        a_x=tuple(code_a.tolist()),
-        a_y=tuple(thrust_a.tolist()),
-        b_x=tuple(code_b.tolist()),
-        b_y=tuple(thrust_b.tolist()),
+        a_x=code_a.tolist(),
+        a_y=thrust_a.tolist(),
+        b_x=code_b.tolist(),
+        b_y=thrust_b.tolist(),
     )
     return standing, tuple(asked), (curve,)
 

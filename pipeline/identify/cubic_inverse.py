@@ -3,7 +3,7 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.polynomial import as_intervals, fit_polynomial
+from pipeline.identify.polynomial import fit_polynomial
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family, curve_from_measurements
 from pipeline.physics.propeller import polynomial
 from pipeline.records.fits import PolynomialFit, SpeedInverse, StaticRow
@@ -160,8 +160,8 @@ def fit_table4_row(row: StaticRow, curve: ThrustCurve, thrust_dead_n: float) -> 
     return SpeedInverse(
         speed_mps=row.speed_mps,
         thrust_max_n=curve.thrust_max_n,
-        coefficients=tuple(coefficients.tolist()),
-        ci95=as_intervals(np.stack([coefficients - half, coefficients + half], axis=1)),
+        coefficients=coefficients.tolist(),
+        ci95=np.stack([coefficients - half, coefficients + half], axis=1).tolist(),
     )
 
 

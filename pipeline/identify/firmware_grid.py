@@ -120,12 +120,12 @@ def _branch(family: Family, drag_ns2pm2: float) -> FirmwareBranch:
             rows.append(rows[-1])
     return FirmwareBranch(
         sign=family.sign,
-        speed_mps=tuple(speeds.tolist()),
-        thrust_max_n=tuple(largest),
-        fraction=tuple(FRACTIONS.tolist()),
-        code=tuple(tuple(row) for row in rows),
+        speed_mps=speeds.tolist(),
+        thrust_max_n=largest,
+        fraction=FRACTIONS.tolist(),
+        code=rows,
         against_motion=AT_REST_ONLY if at_rest else AGAINST_MOTION,
-        drag_n=() if at_rest else tuple((drag_ns2pm2 * speeds**2).tolist()),
+        drag_n=() if at_rest else (drag_ns2pm2 * speeds**2).tolist(),
         basis=family.basis,
     )
 

@@ -9,7 +9,6 @@ from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.records.base import Source
 from pipeline.records.fits import (
     FitQuality,
-    Interval,
     OrderScore,
     Outlier,
     PolynomialFit,
@@ -50,9 +49,9 @@ def fit_polynomial(
     return PolynomialFit(
         quantity=quantity,
         variable=variable,
-        coefficients=tuple(fit.coefficients.tolist()),
-        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
-        ci95=as_intervals(fit.ci95),
+        coefficients=fit.coefficients.tolist(),
+        covariance=fit.covariance.tolist(),
+        ci95=fit.ci95.tolist(),
         quality=FitQuality(
             points=int((~fit.outlier).sum()),
             outliers=name_outliers(fit, names, x, variable),
@@ -74,11 +73,6 @@ def fit_polynomial(
             for i in np.argsort(x, kind="stable").tolist()
         ),
     )
-
-
-def as_intervals(ci95: FloatArray) -> tuple[Interval, ...]:
-    """Rows (low, high) of an array of shape (k, 2) as the record's tuples."""
-    return tuple((float(low), float(high)) for low, high in ci95)
 
 
 def name_outliers(

@@ -5,7 +5,6 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.polynomial import as_intervals
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.working_grid import (
     SEARCH_BEYOND,
@@ -21,7 +20,6 @@ from pipeline.records.fits import (
     DriveFit,
     FasterRows,
     FitQuality,
-    Matrix,
     PolynomialFit,
     PropellerFit,
     StaticCharacteristic,
@@ -76,16 +74,14 @@ def static_characteristic(
         for v in table_speed.tolist()
     }
     return StaticCharacteristic(
-        speed_mps=tuple(speed.tolist()),
-        code=tuple(code.tolist()),
-        thrust_n=_matrix(family.thrust_n),
-        thrust_std_n=_matrix(family.thrust_std_n),
-        shaft_speed_rpm=tuple(
-            tuple(rps_to_rpm(n) for n in row) for row in family.shaft_speed_rps.tolist()
-        ),
-        torque_nm=_matrix(family.torque_nm),
-        advance_ratio=_matrix(family.advance_ratio),
-        status=tuple(tuple(row) for row in family.status.tolist()),
+        speed_mps=speed.tolist(),
+        code=code.tolist(),
+        thrust_n=family.thrust_n.tolist(),
+        thrust_std_n=family.thrust_std_n.tolist(),
+        shaft_speed_rpm=[[rps_to_rpm(n) for n in row] for row in family.shaft_speed_rps.tolist()],
+        torque_nm=family.torque_nm.tolist(),
+        advance_ratio=family.advance_ratio.tolist(),
+        status=family.status.tolist(),
         table2=tuple(row for row in table2.values() if row is not None),
         checks=grid_checks(family.thrust_n, family.status),
         faster=_faster(model, propeller, drive, code, float(speed[-1])),
@@ -115,10 +111,6 @@ def static_characteristic(
     )
 
 
-def _matrix(values: FloatArray) -> Matrix:
-    return tuple(tuple(row) for row in values.tolist())
-
-
 def _faster(
     model: ThrusterFits, propeller: PropellerFit, drive: DriveFit, code: FloatArray, last: float
 ) -> FasterRows | None:
@@ -143,9 +135,9 @@ def _faster(
     untested = np.flatnonzero(status[:count] != "live")
     tested = int(untested[0]) - 1 if untested.size else count - 1
     return FasterRows(
-        speed_mps=tuple(speed[1:count].tolist()),
-        thrust_n=_matrix(grid.thrust_n[1:]),
-        thrust_std_n=_matrix(grid.thrust_std_n[1:]),
+        speed_mps=speed[1:count].tolist(),
+        thrust_n=grid.thrust_n[1:].tolist(),
+        thrust_std_n=grid.thrust_std_n[1:].tolist(),
         tested_mps=float(speed[max(tested, 0)]),
         ends=ends,
     )
@@ -221,9 +213,9 @@ def table2_row(
     fit = PolynomialFit(
         quantity="T",
         variable="N",
-        coefficients=tuple(coefficients.tolist()),
-        covariance=tuple(tuple(row) for row in covariance.tolist()),
-        ci95=as_intervals(np.stack([coefficients - spread, coefficients + spread], axis=1)),
+        coefficients=coefficients.tolist(),
+        covariance=covariance.tolist(),
+        ci95=np.stack([coefficients - spread, coefficients + spread], axis=1).tolist(),
         quality=FitQuality(
             points=int(live.sum()),
             r_squared=float(1 - residual @ residual / total),
@@ -242,13 +234,13 @@ def table2_row(
         dead_zone_code=min(dead_zone_code(coefficients), float(code[-1])),
         thrust_max_n=thrust_max_n,
         thrust_max_ci95=(thrust_max_n - half, thrust_max_n + half),
-        mode_code=tuple(used.tolist()),
-        thrust_modes_n=_modes(of_thrust),
+        mode_code=used.tolist(),
+        thrust_modes_n=_modes(of_thrust).tolist(),
     )
 
 
-def _modes(covariance: FloatArray) -> Matrix:
+def _modes(covariance: FloatArray) -> FloatArray:
     """Eigenvectors of Cov(T) along the live codes, scaled; the negligible ones are left out."""
     values, vectors = np.linalg.eigh(covariance)
     keep = values > SMALLEST_MODE * values.max()
-    return tuple(tuple(mode) for mode in (vectors[:, keep] * np.sqrt(values[keep])).T.tolist())
+    return np.asarray((vectors[:, keep] * np.sqrt(values[keep])).T)

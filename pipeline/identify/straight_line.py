@@ -28,7 +28,6 @@ from pipeline.records.identification import (
     RegressionTerm,
     SlopeEstimate,
     StraightLineIdentification,
-    StraightSegment,
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
@@ -78,16 +77,7 @@ def straight_line(
         numbered = np.where(samples.stretch >= 0, samples.stretch + stretch_count, -1)
         stretch_count += len(stretches)
         found.append((samples, numbered))
-        segments += [
-            StraightSegment(
-                run=run.name,
-                from_s=float(run.time_s[one.begin]),
-                to_s=float(run.time_s[one.end - 1]),
-                largest_turn_rate_radps=one.largest_turn_rate_radps,
-                largest_drift=one.largest_drift,
-            )
-            for one in stretches
-        ]
+        segments += stretches
     stretch, acceleration, thrust, valid, run_number = (
         np.concatenate(column)
         for column in zip(

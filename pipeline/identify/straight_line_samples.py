@@ -22,6 +22,7 @@ from pipeline.identify.smoothing import (
     white_noise_std,
 )
 from pipeline.identify.windows import readings_of
+from pipeline.records.identification import StraightSegment
 from pipeline.records.run_table import RunTable, angles
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
@@ -36,16 +37,6 @@ DRIFT, DRIFT_MPS = 0.10, 0.03
 TILT_RAD = 0.10
 #: Shorter stretches are left out. [s]
 SHORTEST_S = 4.0
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Samples [begin, end) of a run's table, and how straight they are."""
-
-    begin: int
-    end: int
-    largest_turn_rate_radps: float
-    largest_drift: float
 
 
 @dataclass(frozen=True)
@@ -73,7 +64,7 @@ def filtered_samples(
     along: int,
     method: Method,
     bandwidth_hz: float,
-) -> tuple[Samples, list[Stretch]]:
+) -> tuple[Samples, list[StraightSegment]]:
     """Filter one run's readings and find its straight stretches; arguments as of `straight_line`.
 
     Raises
@@ -124,8 +115,8 @@ def filtered_samples(
     half = smoother.length_s / 2
     number = np.full(len(readings), -1)
     for k, one in enumerate(straight):
-        low, high = run.time_s[one.begin] + half, run.time_s[one.end - 1] - half
-        number[(time_s >= low) & (time_s <= high) & smoothed.valid] = k
+        inside = (time_s >= one.from_s + half) & (time_s <= one.to_s - half)
+        number[inside & smoothed.valid] = k
     terms = omitted_terms(packed, run, velocity, wrench[:, along], along)
     # the terms have zeros in the gaps of what they are made of, and the filter spreads them
     known = _all_within(terms_known(run, terms), run.time_s, time_s, half)
@@ -161,7 +152,7 @@ def _slots(time_s: FloatArray) -> tuple[IntArray, float]:
     return slot.astype(int), period
 
 
-def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[Stretch]:
+def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[StraightSegment]:
     """Find stretches along one axis, in the order of time.
 
     `velocity` (m, 3) is that of the body origin, body axes, NaN where unknown [m/s]. Roll and pitch
@@ -190,11 +181,12 @@ def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[S
         moving = along[begin:end] > DRIFT_MPS
         drift = across[begin:end][moving] / along[begin:end][moving]
         found.append(
-            Stretch(
-                begin,
-                end,
-                float(turning[begin:end].max()),
-                float(drift.max(initial=0.0)),
+            StraightSegment(
+                run=run.name,
+                from_s=float(run.time_s[begin]),
+                to_s=float(run.time_s[end - 1]),
+                largest_turn_rate_radps=float(turning[begin:end].max()),
+                largest_drift=float(drift.max(initial=0.0)),
             )
         )
     return found

@@ -1,11 +1,16 @@
 """A monotone curve T(N) of one sign at one speed, and its inverse."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.types import ArrayLike, FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 #: Smallest rise of thrust between knots: keeps the inverse defined on flat stretches. [N]
 SMALLEST_RISE_N = 1e-6
@@ -31,32 +36,30 @@ class ThrustCurve:
         """Thrust at the last code [N]."""
         return float(self.thrust_n[-1])
 
-    def thrust(self, code: ArrayLike) -> FloatArray:
-        """Thrust at codes; zero inside the dead zone, clamped beyond the last code [N]."""
+    @cached_property
+    def _cubic(self) -> "PchipInterpolator":
         from scipy.interpolate import PchipInterpolator
 
-        codes = np.clip(np.asarray(code, float), self.code[0], self.code[-1])
-        return np.asarray(PchipInterpolator(self.code, self.thrust_n)(codes))
+        return PchipInterpolator(self.code, self.thrust_n)
+
+    def thrust(self, code: ArrayLike) -> FloatArray:
+        """Thrust at codes; zero inside the dead zone, clamped beyond the last code [N]."""
+        return np.asarray(self._cubic(np.clip(code, self.code[0], self.code[-1])))
 
     def slope(self, code: ArrayLike) -> FloatArray:
         """Slope dT/dN [N]."""
-        from scipy.interpolate import PchipInterpolator
-
-        codes = np.clip(np.asarray(code, float), self.code[0], self.code[-1])
-        return np.asarray(PchipInterpolator(self.code, self.thrust_n).derivative()(codes))
+        return np.asarray(self._cubic.derivative()(np.clip(code, self.code[0], self.code[-1])))
 
     def code_at(self, thrust_n: ArrayLike) -> FloatArray:
         """Code that gives a thrust: the inverse by a bracketed root of the same cubic."""
-        from scipy.interpolate import PchipInterpolator
         from scipy.optimize import elementwise
 
         wanted = np.clip(np.asarray(thrust_n, float), self.thrust_n[0], self.thrust_n[-1])
-        curve = PchipInterpolator(self.code, self.thrust_n)
         upper = np.clip(np.searchsorted(self.thrust_n, wanted), 1, len(self.code) - 1)
         low, high = self.code[upper - 1], self.code[upper]
 
         def excess(code: FloatArray, target: FloatArray) -> FloatArray:
-            return np.asarray(curve(code)) - target
+            return np.asarray(self._cubic(code)) - target
 
         result = elementwise.find_root(excess, (low, high), args=(wanted,))
         # at a knot round-off can leave no sign change: the knot itself is the answer

@@ -21,7 +21,6 @@ from pipeline.identify.cubic_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
 from pipeline.records.fits import (
     Basis,
-    Matrix,
     SignedFamily,
     StaticCharacteristic,
     ThrustFamily,
@@ -61,18 +60,14 @@ class Family:
 
     def record(self, code: FloatArray) -> SignedFamily:
         """Tabulate at codes."""
-
-        def rows(values: list[FloatArray]) -> Matrix:
-            return tuple(tuple(row.tolist()) for row in values)
-
         curves = list(zip(self.curves, self.half95_n, strict=True))
         return SignedFamily(
             sign=self.sign,
             basis=self.basis,
-            speed_mps=tuple(self.speed_mps.tolist()),
-            code=tuple(code.tolist()),
-            thrust_n=rows([c.thrust(code) for c, _ in curves]),
-            half95_n=rows([np.interp(code, c.code, half) for c, half in curves]),
+            speed_mps=self.speed_mps.tolist(),
+            code=code.tolist(),
+            thrust_n=[c.thrust(code).tolist() for c, _ in curves],
+            half95_n=[np.interp(code, c.code, half).tolist() for c, half in curves],
         )
 
 

@@ -114,7 +114,7 @@ def voltage_rows(
             firmware=firmware_grid(signs, vehicle, static).model_copy(
                 update={"supply_voltage_v": volts}
             ),
-            between95_n=tuple(tuple(half.tolist()) for half in wide),
+            between95_n=[half.tolist() for half in wide],
         )
         for (volts, signs), wide in zip(sorted(found.items()), between95(found), strict=True)
     )

@@ -32,7 +32,7 @@ def test_a_turn_divides_a_run(ahead: np.ndarray) -> None:
     rate = np.zeros((TIME_S.size, 3))
     rate[(TIME_S > 20) & (TIME_S < 30), 2] = 0.1
     stretches = straight_stretches(run_with(rate), ahead, 0)
-    times = [(TIME_S[one.begin], TIME_S[one.end - 1]) for one in stretches]
+    times = [(one.from_s, one.to_s) for one in stretches]
     # the mean over half a second sees the turn a little before and after
     np.testing.assert_allclose(times, [(0.26, 19.9), (30.1, 59.7)], atol=0.25)
 
@@ -54,7 +54,7 @@ def test_a_tilted_vehicle_is_not_straight(ahead: np.ndarray) -> None:
     pitch = np.where(TIME_S < 40, 0.0, 0.3)
     run = run_with(np.zeros((TIME_S.size, 3)), pitch)
     (one,) = straight_stretches(run, ahead, 0)
-    assert TIME_S[one.end] == pytest.approx(40.0, abs=0.05)
+    assert one.to_s == pytest.approx(40.0, abs=0.05)
 
 
 def test_gaps_and_short_pieces_are_left_out(ahead: np.ndarray) -> None:
@@ -63,4 +63,4 @@ def test_gaps_and_short_pieces_are_left_out(ahead: np.ndarray) -> None:
     valid["command"] = (TIME_S < 3.0) | (TIME_S > 10.0)
     ahead[(TIME_S > 30) & (TIME_S < 31)] = np.nan
     found = straight_stretches(replace(run, valid=valid), ahead, 0)
-    assert [round(float(TIME_S[one.begin])) for one in found] == [10, 31]
+    assert [round(one.from_s) for one in found] == [10, 31]
