@@ -100,7 +100,7 @@ def find_cell(tables: Mapping[str, Any], words: Sequence[str]) -> Cell:
     index = indices[0]
     speeds = tables[table].get(_SPEED)
     speed_mps = None if speeds is None else float(speeds[index])
-    interval = _quietly(tables, [table, "ci95", name], index)
+    interval = _at(tables, table, "ci95", name, index)
     return Cell(
         table,
         path,
@@ -180,28 +180,28 @@ def _number(word: str) -> float | None:
         return None
 
 
-def _quietly(tables: Mapping[str, Any], keys: Sequence[str], index: int) -> Any:  # noqa: ANN401 - plain JSON
-    try:
-        return _walk(tables, keys, [index])
-    except UsageError:
-        return None
+def _at(value: Any, *keys: str | int) -> Any:  # noqa: ANN401 - plain JSON
+    """Return what stands at some keys; None where there is nothing."""
+    for key in keys:
+        if isinstance(key, str):
+            value = value.get(key) if isinstance(value, dict) else None
+        else:
+            value = value[key] if isinstance(value, list) and 0 <= key < len(value) else None
+    return value
 
 
 def _printed(
     tables: Mapping[str, Any], table: str, name: str, index: int, speed_mps: float | None
 ) -> float | None:
-    published = (tables.get("published") or {}).get(table) or {}
     if speed_mps is not None:
-        rows = published.get(_SPEED) or []
+        rows = _at(tables, "published", table, _SPEED) or []
         index = next((i for i, speed in enumerate(rows) if abs(speed - speed_mps) < 1e-9), -1)
-    numbers = published.get(name) or []
-    return float(numbers[index]) if 0 <= index < len(numbers) else None
+    number = _at(tables, "published", table, name, index)
+    return None if number is None else float(number)
 
 
 def _fit(tables: Mapping[str, Any], table: str, name: str, index: int) -> Mapping[str, Any] | None:
-    keys = [table, "rows"] if table == "table2" else [table, name]
-    found = (tables.get("quality") or {}).get(keys[0]) or {}
-    found = found.get(keys[1])
+    found = _at(tables, "quality", table, "rows" if table == "table2" else name)
     if isinstance(found, list):
-        found = found[index] if index < len(found) else None
+        found = _at(found, index)
     return found if isinstance(found, dict) else None

@@ -82,7 +82,9 @@ def engine_jobs(
         if one.plan is not None and one.plan.pending:
             found += _with_runs(one, one.plan, out)
     if others is not None:
-        found.append(EngineJob("index/page", (_index_step([d.vehicle.name for d in due], others),)))
+        names = (*(one.vehicle.name for one in due), *others)
+        receipts = tuple(processed_file(name, "vehicle_page") for name in names)
+        found.append(EngineJob("index/page", (Step("", "index_page", "", receipts, (INDEX,)),)))
     return _in_one(tuple(job for job in found if job.steps), workers)
 
 
@@ -139,11 +141,6 @@ def _vehicle_steps(one: Due, stages: Sequence[str], out: Path) -> Iterator[Step]
             inputs += [] if one.plan is None else one.plan.page_receipts()
             outputs.append(report_file(name))
         yield Step(name, stage, "", tuple(inputs), tuple(outputs))
-
-
-def _index_step(vehicles: Sequence[str], others: Sequence[str]) -> Step:
-    receipts = tuple(processed_file(name, "vehicle_page") for name in (*vehicles, *others))
-    return Step("", "index_page", "", receipts, (INDEX,))
 
 
 def waits(jobs: Sequence[EngineJob]) -> dict[str, list[str]]:

@@ -22,7 +22,7 @@ from pipeline.provenance import file_digest, read_envelope, read_raw_envelope, u
 from pipeline.records.base import Record
 from pipeline.records.validation import AllocatorValidation
 from pipeline.stages.receipt import FirmwareFiles
-from pipeline.workflow.outcome import failed_checks_behind, refused_behind
+from pipeline.workflow.outcome import faults_behind
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import RunRequest, run
 from pipeline.workflow.summary import check_line, failure_line
@@ -32,12 +32,16 @@ R = TypeVar("R", bound=Record)
 
 @dataclass(frozen=True)
 class OneResult(Generic[R]):
-    """The result, the file it was read from, and the errors of raw files it had to do without."""
+    """The result, the file it was read from, and the errors of raw files it had to do without.
+
+    `failed_checks` are those of all that it was made from.
+    """
 
     vehicle: VehicleFolder
     file: Path
     record: R
     refused: tuple[Problem, ...]
+    failed_checks: tuple[str, ...] = ()
 
 
 def one_result(request: RunRequest, stage: str, model: type[R], lacks: str) -> OneResult[R]:
@@ -65,8 +69,7 @@ def one_result(request: RunRequest, stage: str, model: type[R], lacks: str) -> O
     if envelope.record is None:
         raise CannotComputeError(f"{name} {lacks} {envelope.why_not}")
     (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
-    refused = refused_behind(vehicle, stage, request.out)
-    return OneResult(vehicle, file, envelope.record, refused)
+    return OneResult(vehicle, file, envelope.record, *faults_behind(vehicle, stage, request.out))
 
 
 def export_firmware(request: RunRequest, to: Path) -> tuple[tuple[Path, ...], tuple[Problem, ...]]:
@@ -88,7 +91,7 @@ def export_firmware(request: RunRequest, to: Path) -> tuple[tuple[Path, ...], tu
     say = Progress(sys.stderr).say
     for note in made.record.notes:
         say(note)
-    for check in failed_checks_behind(made.vehicle, "firmware", request.out):
+    for check in made.failed_checks:
         say(check_line(made.vehicle.name, check))
     return files, made.refused
 

@@ -69,30 +69,25 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     return Outcome(vehicle.name, shown, tuple(left_out), tuple(checks))
 
 
-def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Problem, ...]:
-    """Return the errors of all the files that a stage's result was made from, back to the raw ones.
+def faults_behind(
+    vehicle: VehicleFolder, stage: str, out: Path
+) -> tuple[tuple[Problem, ...], tuple[str, ...]]:
+    """Return errors and failed checks of all that a result was made from, back to the raw files.
 
     A result that a refused file is missing from looks like a whole one.
     """
     found: list[Problem] = []
-    for _, body in _behind(vehicle, stage, out):
-        of_record = (body["record"] or {}).get("problems", ())
-        found += problems_of([*body["problems"], *of_record])
+    checks: list[str] = []
+    for name, body in _behind(vehicle, stage, out):
+        record = body["record"] or {}
+        found += problems_of([*body["problems"], *record.get("problems", ())])
+        checks += _failed_checks(name, record)
     errors = (with_path(one, vehicle, out) for one in found if one.severity == "error")
-    return tuple(dict.fromkeys(errors))
+    return tuple(dict.fromkeys(errors)), tuple(checks)
 
 
-def failed_checks_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[str, ...]:
-    """Return the failed checks of all that a stage's result was made from."""
-    return tuple(
-        line
-        for name, body in _behind(vehicle, stage, out)
-        for line in _failed_checks(name, body["record"])
-    )
-
-
-def _failed_checks(stage: str, record: Mapping[str, Any] | None) -> list[str]:
-    checks = (record or {}).get("checks")
+def _failed_checks(stage: str, record: Mapping[str, Any]) -> list[str]:
+    checks = record.get("checks")
     return [
         f"{TITLES[stage]}: {check['name']}\n  {check['text']}"
         for check in (checks if isinstance(checks, list) else ())

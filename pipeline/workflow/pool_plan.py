@@ -18,7 +18,7 @@ from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, stages_of
-from pipeline.workflow.known_files import Head, KnownFiles
+from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_runs import (
     UNDATED,
     PoolLog,
@@ -227,7 +227,9 @@ def plan_pool(
                     stays = stays and known.fits(head, code, vehicle, out, names)
                 if not stays:
                     due.append(item)
-                    gone.update(_left_by(plan, stage, item, head))
+                    # pages of runs stay until they are replaced
+                    beside = () if head is None or stage == "trial_page" else head.files
+                    gone.update((*plan.outputs(stage, item), *beside))
             if due:
                 pending[stage] = tuple(due)
     if pending or _page_misses(vehicle, out, plan, known):
@@ -249,13 +251,6 @@ def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ..
     except (InputError, KeyError, TypeError):
         return ()
     return tuple(name for name in names if name in logs)
-
-
-def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[str]:
-    """Return all files of a result that go with it; pages of runs stay until they are replaced."""
-    if stage == "trial_page":
-        return plan.outputs(stage, item)
-    return [*plan.outputs(stage, item), *(head.files if head is not None else ())]
 
 
 def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: KnownFiles) -> bool:
@@ -285,12 +280,8 @@ def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:
             found += [
                 f"{room}/{path.name}"
                 for path in folder.iterdir()
-                if _is_left(path.name)
+                # one that a stage was writing when it was ended, or of what is gone
+                if (path.name.startswith(".") and path.name.endswith(".part"))
                 or (path.name.endswith(ending) and path.name[: -len(ending)] not in kept)
             ]
     return found
-
-
-def _is_left(name: str) -> bool:
-    """Tell a file that a stage was writing when it was ended."""
-    return name.startswith(".") and name.endswith(".part")

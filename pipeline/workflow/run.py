@@ -182,15 +182,13 @@ def due_of(
             plan = _plan_pool(vehicle, request, known)
         if not request.only and "vehicle_page" not in stages and not has_page(vehicle.name, out):
             stages += ("vehicle_page",)
-        beside = [one.name for one in vehicles if _is_type_of(one, vehicle)]
+        beside = [
+            one.name
+            for one in (() if vehicle.thruster_type else vehicles)
+            if one.thruster_type and one.folder == vehicle.folder
+        ]
         found.append(Due(vehicle, stages, plan, tuple(beside)))
     return tuple(found)
-
-
-def _is_type_of(one: VehicleFolder, vehicle: VehicleFolder) -> bool:
-    """Whether one stands for a further type of thruster of a vehicle."""
-    of_it = one.folder == vehicle.folder and not vehicle.thruster_type
-    return of_it and bool(one.thruster_type)
 
 
 def has_page(vehicle: str, out: Path) -> bool:

@@ -13,7 +13,7 @@ from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
 from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow import one_result
-from pipeline.workflow.outcome import Outcome, outcome_of
+from pipeline.workflow.outcome import Outcome, faults_behind, outcome_of
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Result, RunRequest
 from pipeline.workflow.summary import summary
@@ -260,7 +260,8 @@ def test_export_tells_the_failed_checks_behind_the_firmware(
     )
     write_envelope(tmp_path / firmware, receipt)
     boat = VehicleFolder("boat", "raw/boat")
-    made = one_result.OneResult(boat, tmp_path / firmware, receipt.record, ())
+    behind = faults_behind(boat, "firmware", tmp_path)
+    made = one_result.OneResult(boat, tmp_path / firmware, receipt.record, *behind)
     monkeypatch.setattr(one_result, "one_result", lambda *_: made)
     _, refused = one_result.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
     assert refused == ()
