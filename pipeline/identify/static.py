@@ -7,7 +7,6 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.working_grid import (
-    SEARCH_BEYOND,
     ThrusterFits,
     WorkingGrid,
     solve_grid,
@@ -25,9 +24,8 @@ from pipeline.records.fits import (
     StaticCharacteristic,
     StaticRow,
 )
-from pipeline.records.intervals import drive_degrees
 from pipeline.types import FloatArray
-from pipeline.units import rpm_to_rps, rps_to_rpm
+from pipeline.units import rps_to_rpm
 from pipeline.vehicle.schema import Vehicle
 
 #: Spacing of the grid of speeds, and of the rows beyond the tables. [m/s]
@@ -62,7 +60,7 @@ def static_characteristic(
     speed = np.unique(
         np.round(np.concatenate([table_speed, np.arange(steps + 1) * SPEED_STEP_MPS]), 9)
     )
-    family = solve_grid(model, propeller, drive, speed_mps=speed, code=code)
+    family = solve_grid(model, speed_mps=speed, code=code)
     if not (family.thrust_n > 0).any():
         raise CannotComputeError(
             "the propeller gives no positive thrust at any code and speed of the tables: K_T at "
@@ -70,7 +68,7 @@ def static_characteristic(
             "open_water/"
         )
     table2 = {
-        v: table2_row(v, model, drive, code, family.thrust_max(int(np.abs(speed - v).argmin())))
+        v: table2_row(v, model, code, family.thrust_max(int(np.abs(speed - v).argmin())))
         for v in table_speed.tolist()
     }
     return StaticCharacteristic(
@@ -84,7 +82,7 @@ def static_characteristic(
         status=family.status.tolist(),
         table2=tuple(row for row in table2.values() if row is not None),
         checks=grid_checks(family.thrust_n, family.status),
-        faster=_faster(model, propeller, drive, code, float(speed[-1])),
+        faster=_faster(model, code, float(speed[-1])),
         free_drag_ns2pm2=_free_drag(model.propeller),
         sources=tuple(
             sorted(
@@ -93,14 +91,7 @@ def static_characteristic(
             )
         ),
         explanations=(
-            *explain_status(
-                family.status,
-                speed,
-                code,
-                propeller,
-                drive,
-                table_speed_mps=vehicle.tables.speed_mps,
-            ),
+            *explain_status(family.status, speed, code, model, vehicle.tables.speed_mps),
             *(
                 f"Table 2 has no row at {v:g} m/s: fewer than {FEWEST_LIVE_CODES} of the tested "
                 "codes give thrust there."
@@ -111,18 +102,16 @@ def static_characteristic(
     )
 
 
-def _faster(
-    model: ThrusterFits, propeller: PropellerFit, drive: DriveFit, code: FloatArray, last: float
-) -> FasterRows | None:
+def _faster(model: ThrusterFits, code: FloatArray, last: float) -> FasterRows | None:
     """Follow the balance beyond the tables for as long as the largest code gives thrust."""
     steps = np.arange(int(np.ceil((FASTER_REACH - 1.0) * last / FASTER_STEP_MPS)) + 1)
     speed = np.round(last + FASTER_STEP_MPS * steps, 9)
 
     def solved(speeds: FloatArray, codes: FloatArray) -> WorkingGrid:
         at = np.concatenate([[0.0], speeds])
-        return solve_grid(model, propeller, drive, speed_mps=at, code=codes)
+        return solve_grid(model, speed_mps=at, code=codes)
 
-    top = solved(speed, code[code >= min(drive.code_range[1] - 1.0, code[-2:][0])])
+    top = solved(speed, code[code >= min(model.drive.code_range[1] - 1.0, code[-2:][0])])
     thrust, status = top.thrust_n[1:, -1], top.status[1:, -1]
     stops = np.flatnonzero((thrust <= 0.0) | (status == "no_working_point"))
     count = int(stops[0]) if stops.size else len(speed)
@@ -152,21 +141,13 @@ def _free_drag(propeller: OpenWaterPropeller) -> float:
 
 def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -> ThrusterFits:
     """Gather the two fits into the model whose balance is solved."""
-    fastest = rpm_to_rps(max(spread.shaft_speed_rpm[1] for spread in drive.codes))
-    return ThrusterFits(
-        propeller=OpenWaterPropeller(
-            np.array(propeller.thrust.coefficients),
-            np.array(propeller.torque.coefficients),
-            propeller.diameter_m,
-            vehicle.water.density_kgpm3,
-        ),
-        surface=torque_surface(drive),
-        thrust_covariance=np.array(propeller.thrust.covariance),
-        torque_covariance=np.array(propeller.torque.covariance),
-        drive_covariance=np.array(drive.covariance),
-        degrees_of_freedom=drive_degrees(drive),
-        fastest_shaft_rps=SEARCH_BEYOND * fastest,
+    own = OpenWaterPropeller(
+        np.array(propeller.thrust.coefficients),
+        np.array(propeller.torque.coefficients),
+        propeller.diameter_m,
+        vehicle.water.density_kgpm3,
     )
+    return ThrusterFits(propeller, drive, own, torque_surface(drive))
 
 
 #: A row needs this many live codes.
@@ -176,11 +157,7 @@ SMALLEST_MODE = 1e-6
 
 
 def table2_row(
-    speed_mps: float,
-    model: ThrusterFits,
-    drive: DriveFit,
-    code: FloatArray,
-    thrust_max: tuple[float, float],
+    speed_mps: float, model: ThrusterFits, code: FloatArray, thrust_max: tuple[float, float]
 ) -> StaticRow | None:
     """Fit T = K_F0 + K_F1 N + K_F2 N^2 to the family at one speed, over the tested codes.
 
@@ -192,7 +169,7 @@ def table2_row(
     ----------
     Kostenko 2023, eq. (4), Table 2.
     """
-    tested = code[(code >= drive.code_range[0]) & (code <= drive.code_range[1])]
+    tested = code[model.tested(code)]
     points = model.solve(tested, np.full(tested.shape, speed_mps))
     live = points.found
     factor = model.interval_factor()

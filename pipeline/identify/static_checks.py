@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
-from pipeline.records.fits import Check, DriveFit, PropellerFit
+from pipeline.identify.working_grid import ThrusterFits
+from pipeline.records.fits import Check
 from pipeline.types import FloatArray
 
 
@@ -33,9 +34,7 @@ def explain_status(
     status: npt.NDArray[np.str_],
     speed: FloatArray,
     code: FloatArray,
-    propeller: PropellerFit,
-    drive: DriveFit,
-    *,
+    model: ThrusterFits,
     table_speed_mps: Sequence[float],
 ) -> tuple[str, ...]:
     """Say in sentences which parts of the family are dead, extrapolated or missing, and why.
@@ -43,7 +42,7 @@ def explain_status(
     `status` has a row for each `speed` [m/s] and a column for each `code`. The dead zone is told at
     the speeds of the tables, not at every step of the grid.
     """
-    lowest, highest_code = drive.code_range
+    propeller, (lowest, highest_code) = model.propeller_fit, model.drive.code_range
     lines = []
     untested = [f"below {lowest:g}"] if code[0] < lowest else []
     untested += [f"above {highest_code:g}"] if code[-1] > highest_code else []

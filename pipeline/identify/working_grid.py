@@ -21,7 +21,7 @@ from pipeline.physics.torque_balance import (
     working_points,
 )
 from pipeline.records.fits import DriveFit, PointStatus, PropellerFit
-from pipeline.records.intervals import student_95
+from pipeline.records.intervals import drive_factor
 from pipeline.types import BoolArray, FloatArray
 from pipeline.units import rpm_to_rps, rps_to_rpm
 
@@ -31,19 +31,22 @@ SEARCH_BEYOND = 1.5
 
 @dataclass(frozen=True)
 class ThrusterFits:
-    """The fitted propeller and drive with the covariances of their coefficients.
+    """The fitted propeller and drive, and both as the torque balance takes them."""
 
-    `degrees_of_freedom` are those of the drive's covariance, the part that is known worst; its t
-    quantile belongs to the intervals of all that is propagated.
-    """
-
+    propeller_fit: PropellerFit
+    drive: DriveFit
     propeller: OpenWaterPropeller
     surface: TorqueSurface
-    thrust_covariance: FloatArray
-    torque_covariance: FloatArray
-    drive_covariance: FloatArray
-    degrees_of_freedom: int
-    fastest_shaft_rps: float
+
+    @property
+    def fastest_shaft_rps(self) -> float:
+        """Shaft speed up to which the balance is sought [rev/s]."""
+        fastest = max(spread.shaft_speed_rpm[1] for spread in self.drive.codes)
+        return SEARCH_BEYOND * rpm_to_rps(fastest)
+
+    def tested(self, code: FloatArray) -> BoolArray:
+        """Tell which codes lie within those of the bench."""
+        return (code >= self.drive.code_range[0]) & (code <= self.drive.code_range[1])
 
     def solve(self, code: FloatArray, speed_mps: FloatArray | float) -> WorkingPoints:
         """Solve the torque balance; see `working_points`."""
@@ -56,16 +59,15 @@ class ThrusterFits:
         )
 
     def interval_factor(self) -> float:
-        """Half-width of a 95 % interval in standard errors."""
-        return student_95(self.degrees_of_freedom)
+        """Half-width of a 95 % interval in standard errors: that of the drive, known worst."""
+        return drive_factor(self.drive)
 
     def covariance(self) -> FloatArray:
         """Block-diagonal covariance of theta, shape (p, p)."""
         from scipy.linalg import block_diag
 
-        return np.asarray(
-            block_diag(self.thrust_covariance, self.torque_covariance, self.drive_covariance)
-        )
+        fits = (self.propeller_fit.thrust, self.propeller_fit.torque, self.drive)
+        return np.asarray(block_diag(*(np.array(fit.covariance) for fit in fits)))
 
 
 def thrust_jacobian(model: ThrusterFits, points: WorkingPoints, code: FloatArray) -> FloatArray:
@@ -116,14 +118,7 @@ class WorkingGrid:
         return float(self.thrust_n[row, -1]), float(self.thrust_std_n[row, -1])
 
 
-def solve_grid(
-    model: ThrusterFits,
-    propeller: PropellerFit,
-    drive: DriveFit,
-    *,
-    speed_mps: FloatArray,
-    code: FloatArray,
-) -> WorkingGrid:
+def solve_grid(model: ThrusterFits, *, speed_mps: FloatArray, code: FloatArray) -> WorkingGrid:
     """Solve the torque balance at tested codes and continue to the others.
 
     `speed_mps` (v,) go along the thrust and begin with 0, `code` (c,) are positive and rise by one.
@@ -133,15 +128,15 @@ def solve_grid(
     CannotComputeError
         If the curves meet at no code at rest.
     """
-    tested = (code >= drive.code_range[0]) & (code <= drive.code_range[1])
+    tested = model.tested(code)
     speeds, codes = np.meshgrid(speed_mps, code[tested], indexing="ij")
     points = model.solve(codes.ravel(), speeds.ravel())
     if not (points.found & (speeds.ravel() == 0)).any():
-        raise CannotComputeError(_why_no_balance(model, drive))
+        raise CannotComputeError(_why_no_balance(model))
     jacobian = thrust_jacobian(model, points, codes.ravel()).reshape(*speeds.shape, -1)
     jacobian = _continue(jacobian, tested, code)
     std = np.sqrt(np.einsum("vcj,jk,vck->vc", jacobian, model.covariance(), jacobian))
-    status = _status(points, codes.ravel(), propeller, drive).reshape(speeds.shape)
+    status = _status(points, codes.ravel(), model).reshape(speeds.shape)
 
     def spread(values: FloatArray) -> FloatArray:
         return _above_zero(_continue(values.reshape(speeds.shape), tested, code), tested)
@@ -191,9 +186,8 @@ def _above_zero(values: FloatArray, tested: BoolArray) -> FloatArray:
     return held
 
 
-def _status(
-    points: WorkingPoints, code: FloatArray, propeller: PropellerFit, drive: DriveFit
-) -> npt.NDArray[np.str_]:
+def _status(points: WorkingPoints, code: FloatArray, model: ThrusterFits) -> npt.NDArray[np.str_]:
+    drive, propeller = model.drive, model.propeller_fit
     measured_codes = np.array([spread.code for spread in drive.codes])
     slow, fast = (
         np.interp(
@@ -217,9 +211,9 @@ def _status(
     return np.select([points.dead, ~points.found, outside], names, default="live")
 
 
-def _why_no_balance(model: ThrusterFits, drive: DriveFit) -> str:
+def _why_no_balance(model: ThrusterFits) -> str:
     """Say with numbers why the propeller and the drive have no working point at rest."""
-    code = np.array([drive.code_range[1]])
+    code = np.array([model.drive.code_range[1]])
     fastest = model.fastest_shaft_rps
     needed = float(model.propeller.torque_nm(fastest, 0.0))
     given = float(drive_torque(fastest, code, model.surface)[0])

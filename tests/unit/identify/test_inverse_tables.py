@@ -118,7 +118,7 @@ def test_table4_intervals_are_those_of_fits_to_moved_coefficients(
                 ),
                 surface=replace(model.surface, coefficients=model.surface.coefficients + of_drive),
             )
-            grid = solve_grid(moved, propeller, drive, speed_mps=speed, code=code)
+            grid = solve_grid(moved, speed_mps=speed, code=code)
             curves = [curve_from_family(code, row) for row in grid.thrust_n]
             ends.append([smallest_maximum(c, 0.5) for c in curves if c is not None])
         for k in range(2):
