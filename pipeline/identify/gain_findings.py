@@ -57,13 +57,15 @@ def findings_of(asked: GainSet, sound: GainSet) -> list[GainFinding]:
             *_common_scales(asked, sound),
         ],
     )
-    found = []
+    found: list[GainQuestion] = []
     for questions in groups:
         chances = adjusted([min(one.p * len(groups), 1.0) for one in questions]).tolist()
-        found += [(one, p) for one, p in zip(questions, chances, strict=True) if p <= FALSE_ALARMS]
-    kept = _without_consequences([one for one, _ in found])
-    chance_of = {id(one): chance for one, chance in found}
-    return _merged(kept, chance_of)
+        found += [
+            replace(one, chance=chance)
+            for one, chance in zip(questions, chances, strict=True)
+            if chance <= FALSE_ALARMS
+        ]
+    return _merged(_without_consequences(found))
 
 
 def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
@@ -279,7 +281,7 @@ def _without_consequences(found: Sequence[GainQuestion]) -> list[GainQuestion]:
     return kept
 
 
-def _merged(kept: Sequence[GainQuestion], chance_of: Mapping[int, float]) -> list[GainFinding]:
+def _merged(kept: Sequence[GainQuestion]) -> list[GainFinding]:
     """Make one finding of the same thing in several runs."""
     groups: dict[tuple[str, tuple[str, ...], str | None], list[GainQuestion]] = {}
     for one in kept:
@@ -298,7 +300,7 @@ def _merged(kept: Sequence[GainQuestion], chance_of: Mapping[int, float]) -> lis
                 runs=runs,
                 value=clearest.value,
                 ci95=clearest.ci95,
-                p_value=min(chance_of[id(one)] for one in rows),
+                p_value=min(one.chance for one in rows),
                 text=sentence(clearest, runs),
             )
         )

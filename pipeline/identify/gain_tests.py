@@ -21,7 +21,10 @@ from pipeline.types import FloatArray
 
 @dataclass(frozen=True)
 class GainQuestion:
-    """One comparison: what would be found, in which runs, and how unlikely it is by chance."""
+    """One comparison: what would be found, in which runs, and how unlikely it is by chance.
+
+    `p` counts this question alone, `chance` all of them.
+    """
 
     kind: FindingKind
     p: float
@@ -32,6 +35,7 @@ class GainQuestion:
     ci95: tuple[float, float] | None = None
     expected: float | None = None
     against: str = ""
+    chance: float = 1.0
 
 
 def sentence(one: GainQuestion, runs: Sequence[str]) -> str:

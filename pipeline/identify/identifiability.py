@@ -14,7 +14,6 @@ from pipeline.identify.bounds import cut_std
 from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import FitSolution, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
-from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import FitProblem, derivatives
@@ -60,8 +59,7 @@ def information_of_run(
     table = table_of_log(log, sensors)
     channels = channel_noise(sensors, [table])
     stack = stack_windows(packed, cut(packed, [table], channels), channels, scale=scale)
-    shared = run_nuisance(stack, 1)
-    problem = FitProblem(stack, parameters, packed.vector, shared, threads, thrust)
+    problem = FitProblem(stack, parameters, packed.vector, threads=threads, thrust=thrust)
     point = problem.origin()
     if steps is not None:
         point = replace(point, steps=steps)

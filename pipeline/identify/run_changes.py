@@ -27,7 +27,6 @@ from pipeline.identify.output_error import (
     reduce_windows,
     softness_of,
 )
-from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_fit import chained_windows, widened
 from pipeline.identify.vehicle_parameters import free_parameters
@@ -185,10 +184,7 @@ class _Joint:
         for table in tables:
             windows = chained_windows(packed, packed.vector, cut(packed, [table], channels))
             stack = stack_windows(packed, windows, channels)
-            shared = run_nuisance(stack, 1)
-            self.problems.append(
-                FitProblem(stack, parameters, packed.vector, shared, thrust=thrust)
-            )
+            self.problems.append(FitProblem(stack, parameters, packed.vector, thrust=thrust))
         self.points: list[FitPoint] = [one.origin() for one in self.problems]
         self.known: list[Derivatives] = []
         self.x = np.zeros(self.problems[0].size)

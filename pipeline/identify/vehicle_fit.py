@@ -17,7 +17,6 @@ from pipeline.identify.parameter_intervals import (
     identified_parameters,
     posterior_of,
 )
-from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import free_parameters
@@ -125,14 +124,8 @@ def fit_vehicle(
         if not any(_overlap(window, other) for other in held)
     ]
     stack = stack_windows(packed, chained_windows(packed, packed.vector, first), channels)
-    problem = FitProblem(
-        stack,
-        parameters,
-        packed.vector,
-        run_nuisance(stack, len(runs)),
-        threads,
-        thrust_uncertainty(packed, uncertainty),
-    )
+    thrust = thrust_uncertainty(packed, uncertainty)
+    problem = FitProblem(stack, parameters, packed.vector, len(runs), threads, thrust)
     rough = ROUGH_GAIN * stack.order.size
     solution = _settled(problem, channels, {}, steps, smallest_gain=rough)
     # once more with what is known now: thrusters' states, speeds that were not measured
@@ -141,7 +134,7 @@ def fit_vehicle(
     held_at = {(w.run, w.begin_s) for w in held}
     kept = [w for w in windows if (w.run, w.begin_s) not in held_at]
     stack = stack_windows(packed, kept, channels)
-    problem = replace(problem, stack=stack, shared=run_nuisance(stack, len(runs)))
+    problem = replace(problem, stack=stack)
     scale = solution.problem.stack.scale
     begin = replace(problem.origin(), steps=solution.point.steps)
     solution = _settled(problem, channels, scale, steps, begin)
@@ -204,8 +197,7 @@ def _settled(
     rough = max(smallest_gain, ROUGH_GAIN * problem.stack.order.size)
     for _ in range(_MOST_REPEATS):
         stack = stack_windows(packed, windows, channels, scale=scale)
-        shared = run_nuisance(stack, problem.shared.run_count)
-        problem = replace(problem, stack=stack, shared=shared)
+        problem = replace(problem, stack=stack)
         if point is None or not np.isfinite(residuals(problem, point)).all():
             # what short windows found runs away over long ones
             point = problem.origin()

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pipeline.identify.run_nuisance import RunNuisance
+from pipeline.identify.run_nuisance import RunNuisance, run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
 from pipeline.identify.window_outputs import (
@@ -34,16 +34,23 @@ class FitProblem:
     """What is fitted: windows, free parameters, what the windows of a run share, and the thrust.
 
     The unknowns x of a point are the parameters (p,) and, after them, those of the thrust (q,).
+    Windows are of so many `runs`; `offsets` False leaves the constant ones of sensors at zero.
     """
 
     stack: WindowStack
     parameters: tuple[FreeParameter, ...]
     nominal: FloatArray
-    shared: RunNuisance
+    runs: int = 1
     threads: int = 2
     thrust: ThrustUncertainty = EXACT_THRUST
     held: frozenset[int] = frozenset()
     """Which of x stay at what the vehicle file says."""
+    offsets: bool = True
+
+    @cached_property
+    def shared(self) -> RunNuisance:
+        """What the windows of a run share."""
+        return run_nuisance(self.stack, self.runs, offsets=self.offsets)
 
     @property
     def size(self) -> int:

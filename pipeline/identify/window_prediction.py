@@ -15,7 +15,6 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.black_box import BlackBox
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.output_error import solve
-from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import (
     OFFSETS,
@@ -76,8 +75,8 @@ def _estimated(
 ) -> FloatArray | None:
     packed, vector = model
     stack = stack_windows(packed, leads, channels)
-    shared = run_nuisance(stack, 1 + max(one.run for one in leads), offsets=False)
-    problem = FitProblem(stack, (), vector, shared, threads)
+    runs = 1 + max(one.run for one in leads)
+    problem = FitProblem(stack, (), vector, runs, threads, offsets=False)
     try:
         return problem.starts(solve(problem, smallest_gain=0.5).point.starts)
     except (CannotComputeError, np.linalg.LinAlgError):

@@ -13,7 +13,7 @@ from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
 from pipeline.identify.output_error import reduce_windows
-from pipeline.identify.run_nuisance import bridge_weights, chain_precision, run_nuisance
+from pipeline.identify.run_nuisance import bridge_weights, chain_precision
 from pipeline.identify.vehicle_fit import fit_vehicle
 from pipeline.identify.vehicle_parameters import free_parameters, vector_with
 from pipeline.identify.whole_vehicle import identify_vehicle
@@ -358,8 +358,8 @@ def test_elimination_of_the_starts_is_the_full_solution(
     windows = cut(packed, [run], channels)[:2]
     stack = stack_windows(packed, windows, channels)
     parameters = free_parameters(packed, Uncertainty(), only=FEW)
-    shared = run_nuisance(stack, 1)
-    problem = FitProblem(stack, parameters, packed.vector, shared)
+    problem = FitProblem(stack, parameters, packed.vector)
+    shared = problem.shared
     point = problem.origin()
     found = derivatives(problem, point)
     reduced = reduce_windows(problem, found, point, np.ones(found.residual.size))
