@@ -6,6 +6,7 @@ have factors of their own.
 """
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from scipy.special import stdtr, stdtrit
@@ -51,21 +52,15 @@ def bench_changes(
     if large.sum() < _FEWEST:
         raise CannotComputeError("they have no codes in common at which both give thrust")
     code, measured, before = code[large], measured[large], before[large]
-    whole = _factor(before, measured)
-    parts = {
-        name: _factor(before[chosen], measured[chosen])
-        for name, chosen in (("ahead", before > 0), ("astern", before < 0))
-        if chosen.sum() >= _FEWEST
-    }
-    asked = [_difference("common_factor", "thrust at every code", whole, before, measured)]
+    sides = {"thrust ahead": before > 0, "thrust astern": before < 0}
+    sides = {what: own for what, own in sides.items() if own.sum() >= _FEWEST}
+    asked = [_difference("common_factor", "thrust at every code", before, measured)]
     asked += [
-        _difference("factor", f"thrust {name}", one, before[side], measured[side])
-        for name, one in parts.items()
-        for side in [(before > 0) if name == "ahead" else (before < 0)]
+        _difference("factor", what, before[own], measured[own]) for what, own in sides.items()
     ]
-    values = [value for value, _, _ in parts.values()]
-    stds = [std for _, std, _ in parts.values()]
-    apart = len(values) == 2 and abs(values[0] - values[1]) > 3.0 * float(
+    factors = [_factor(before[own], measured[own]) for own in sides.values()]
+    values, stds, _ = np.array(factors).reshape(-1, 3).T
+    apart = values.size == 2 and abs(values[0] - values[1]) > 3.0 * float(
         np.sqrt(np.sum(np.square(stds)) + ORDINARY**2)
     )
     chosen = asked[1:] if apart else asked[:1]
@@ -93,13 +88,9 @@ def _factor(before: FloatArray, measured: FloatArray) -> tuple[float, float, flo
 
 
 def _difference(
-    kind: str,
-    what: str,
-    found: tuple[float, float, float],
-    before: FloatArray,
-    measured: FloatArray,
+    kind: Literal["common_factor", "factor"], what: str, before: FloatArray, measured: FloatArray
 ) -> Difference:
-    value, std, left = found
+    value, std, left = _factor(before, measured)
     degrees = max(before.size - 1, 1)
     wide = float(np.hypot(std, ORDINARY / 2.0))
     chance = 2.0 * float(stdtr(degrees, -abs(value - 1.0) / wide))
@@ -109,7 +100,7 @@ def _difference(
         f"what is left is {left:.2g} N rms."
     )
     return Difference(
-        kind="common_factor" if kind == "common_factor" else "factor",
+        kind=kind,
         what=what,
         unit="N",
         a=float(np.abs(before).max()),

@@ -36,48 +36,49 @@ EarthAxes = Literal["ned", "enu", "nwu"]
 
 _DEGREE = 3.141592653589793 / 180.0
 _TURN_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0
-_VOLT = {"V": 1.0, "mV": 1e-3, "kV": 1e3}
-_AMPERE = {"A": 1.0, "mA": 1e-3, "cA": 1e-2}
 _METRE = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048}
 _FORCE = {"N": 1.0, "kN": 1e3, "kgf": STANDARD_GRAVITY_MPS2, "gf": 1e-3 * STANDARD_GRAVITY_MPS2,
           "lbf": 4.4482216152605}  # fmt: skip
 _SPEED = {"m/s": 1.0, "dm/s": 0.1, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852.0 / 3600.0,
           "km/h": 1.0 / 3.6, "ft/s": 0.3048}  # fmt: skip
-#: Quantity -> unit as it is written in the vehicle file -> what one of it is worth in the unit of
-#: the records, which stands first. Commands are converted by drive, so theirs are worth nothing.
-UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {
-        "thruster_command": {"code": 1.0, "us": 1.0, "ratio": 1.0, "%": 1.0},
-        "shaft_speed": {
-            "rpm": 1.0,
-            "rad/s": 1.0 / _TURN_PER_MINUTE,
-            "rps": 60.0,
-            "Hz": 60.0,
-            "deg/s": 1.0 / 6.0,
-        },
-        "voltage": _VOLT,
-        "current": _AMPERE,
-        "angular_velocity": {
+#: Quantity -> how many components it has (None: one a thruster), and its units.
+_QUANTITIES: dict[str, tuple[int | None, Mapping[str, float]]] = {
+    "thruster_command": (None, {"code": 1.0, "us": 1.0, "ratio": 1.0, "%": 1.0}),
+    "shaft_speed": (
+        None,
+        {"rpm": 1.0, "rad/s": 1.0 / _TURN_PER_MINUTE, "rps": 60.0, "Hz": 60.0, "deg/s": 1.0 / 6.0},
+    ),
+    "voltage": (1, {"V": 1.0, "mV": 1e-3, "kV": 1e3}),
+    "current": (1, {"A": 1.0, "mA": 1e-3, "cA": 1e-2}),
+    "angular_velocity": (
+        3,
+        {
             "rad/s": 1.0,
             "mrad/s": 1e-3,
             "deg/s": _DEGREE,
             "mdeg/s": 1e-3 * _DEGREE,
             "rpm": _TURN_PER_MINUTE,
         },
-        "specific_force": {
+    ),
+    "specific_force": (
+        3,
+        {
             "m/s2": 1.0,
             "cm/s2": 1e-2,
             "mm/s2": 1e-3,
             "g": STANDARD_GRAVITY_MPS2,
             "mg": 1e-3 * STANDARD_GRAVITY_MPS2,
         },
-        "attitude_quaternion": {"1": 1.0},
-        "attitude_euler": {"rad": 1.0, "deg": _DEGREE, "mrad": 1e-3},
-        "velocity": _SPEED,
-        "velocity_earth": _SPEED,
-        "position": _METRE,
-        "depth": _METRE,
-        "pressure": {
+    ),
+    "attitude_quaternion": (4, {"1": 1.0}),
+    "attitude_euler": (3, {"rad": 1.0, "deg": _DEGREE, "mrad": 1e-3}),
+    "velocity": (3, _SPEED),
+    "velocity_earth": (3, _SPEED),
+    "position": (3, _METRE),
+    "depth": (1, _METRE),
+    "pressure": (
+        1,
+        {
             "Pa": 1.0,
             "hPa": 100.0,
             "mbar": 100.0,
@@ -87,33 +88,18 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
             "dbar": 1e4,
             "psi": 6894.757293168,
         },
-        "thrust": _FORCE,
-        "cable_tension": _FORCE,
-    }
-)
+    ),
+    "thrust": (None, _FORCE),
+    "cable_tension": (1, _FORCE),
+}
+#: Quantity -> unit as it is written in the vehicle file -> what one of it is worth in the unit of
+#: the records, which stands first. Commands are converted by drive, so theirs are worth nothing.
+UNITS = MappingProxyType({name: units for name, (_, units) in _QUANTITIES.items()})
+#: How many components a quantity has; None: one a thruster.
+COMPONENTS = MappingProxyType({name: count for name, (count, _) in _QUANTITIES.items()})
 #: What one tick of a board's clock is worth. [ns]
 CLOCK_UNITS_NS: Mapping[str, int] = MappingProxyType(
     {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
-)
-#: How many components a quantity has; None: one a thruster.
-COMPONENTS: Mapping[str, int | None] = MappingProxyType(
-    {
-        "thruster_command": None,
-        "shaft_speed": None,
-        "voltage": 1,
-        "current": 1,
-        "angular_velocity": 3,
-        "specific_force": 3,
-        "attitude_quaternion": 4,
-        "attitude_euler": 3,
-        "velocity": 3,
-        "velocity_earth": 3,
-        "position": 3,
-        "depth": 1,
-        "pressure": 1,
-        "thrust": None,
-        "cable_tension": 1,
-    }
 )
 _PART = r"[A-Za-z_][A-Za-z0-9_]*(\[[0-9]{1,6}(:[0-9]{1,6})?\])?"
 _RANGE = re.compile(r"\[([0-9]+):([0-9]+)\]")
