@@ -12,7 +12,6 @@ as their prior, in units of its standard deviation, and the noise of a window is
 bridge. Both together are the covariance of the whole run, exactly, and windows stay apart.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +39,7 @@ class RunNuisance:
     columns: FloatArray
     window: IntArray
     scales: FloatArray
+    """Prior standard deviations of a run's offsets (OFFSET_COUNT,)."""
     run_count: int
 
     @property
@@ -62,19 +62,13 @@ class RunNuisance:
         return float(values @ self.precision @ values)
 
 
-def offset_scales(channels: Sequence[ChannelNoise]) -> FloatArray:
-    """Prior standard deviations of a run's offsets (OFFSET_COUNT,)."""
-    scales = np.zeros(OFFSET_COUNT)
-    for channel in channels:
-        if channel.quantity in OFFSETS:
-            scales[OFFSETS[channel.quantity]] = channel.bias
-    return scales
-
-
 def run_nuisance(stack: WindowStack, run_count: int, *, offsets: bool = True) -> RunNuisance:
     """Set up the shared unknowns of a stack; `offsets` False leaves the constant ones at zero."""
     channels = [rows.channel for rows in stack.rows]
-    scales = offset_scales(channels) if offsets else np.zeros(OFFSET_COUNT)
+    scales = np.zeros(OFFSET_COUNT)
+    for channel in channels if offsets else ():
+        if channel.quantity in OFFSETS:
+            scales[OFFSETS[channel.quantity]] = channel.bias
     attitude = next((c for c in channels if c.quantity == "attitude" and c.wander > 0), None)
     fixed = OFFSET_COUNT * run_count
     run_of = np.array([window.run for window in stack.windows])

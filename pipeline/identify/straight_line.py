@@ -67,12 +67,7 @@ def straight_line(
     found, segments, stretch_count = [], [], 0
     for run in runs:
         samples, stretches = filtered_samples(
-            packed,
-            sensors,
-            run,
-            along=along,
-            method=method,
-            bandwidth_hz=bandwidth_hz,
+            packed, sensors, run, along=along, method=method, bandwidth_hz=bandwidth_hz
         )
         numbered = np.where(samples.stretch >= 0, samples.stretch + stretch_count, -1)
         stretch_count += len(stretches)
@@ -124,6 +119,7 @@ def straight_line(
     full, coefficients = _with_terms(
         thrust[valid], acceleration[valid], terms, run_number[valid], lags, mass
     )
+    pairs = np.stack([thrust[inside], acceleration[inside]], axis=1)
     return StraightLineIdentification(
         vehicle=packed.name,
         axis=axis,
@@ -139,14 +135,8 @@ def straight_line(
         with_terms=full,
         terms=coefficients,
         warnings=_warnings(plain, full),
-        points=_thinned(thrust[inside], acceleration[inside]),
+        points=pairs[:: -(-len(pairs) // MOST_POINTS)].round(6).tolist(),
     )
-
-
-def _thinned(thrust: FloatArray, acceleration: FloatArray) -> tuple[tuple[float, float], ...]:
-    step = -(-thrust.size // MOST_POINTS)
-    pairs = np.stack([thrust, acceleration], axis=1)[::step].round(6)
-    return tuple((float(x), float(y)) for x, y in pairs)
 
 
 def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
+from pipeline.identify.channel_noise import channel_noise, was_measured
 from pipeline.identify.window_outputs import WindowStack, simulate_windows
 from pipeline.identify.window_prediction import lead_starts
 from pipeline.identify.windows import SHORTEST_BEYOND_LEAD_S, Window, cut, window_rows
@@ -67,13 +67,17 @@ def fly_trial(
     """
     if not was_measured(table, "command"):
         raise CannotComputeError(f"{table.name}: the log has no commands to simulate.")
-    channels = _channels_of_starts(sensors, table)
+    shows_speed = was_measured(table, "velocity") or was_measured(table, "position")
+    channels = channel_noise(sensors, [table])
+    if shows_speed:
+        # an acceleration tells a speed only through the model, and a wrong model a wrong speed
+        channels = tuple(one for one in channels if one.quantity != "specific_force")
     if not channels:
         raise CannotComputeError(
             f"{table.name}: none of its channels shows how the vehicle moved, so there is nothing "
             "to start from and nothing to compare."
         )
-    lead_s = LEAD_S if _shows_speed(table) else BLIND_LEAD_S
+    lead_s = LEAD_S if shows_speed else BLIND_LEAD_S
     places = window_rows(table, HORIZON_S, lead_s) if table.time_s.size > 2 else []
     if not places:
         raise CannotComputeError(
@@ -112,22 +116,6 @@ def fly_trial(
         HORIZON_S,
         lead_s,
     )
-
-
-def _shows_speed(table: RunTable) -> bool:
-    return was_measured(table, "velocity") or was_measured(table, "position")
-
-
-def _channels_of_starts(sensors: Sensors, table: RunTable) -> tuple[ChannelNoise, ...]:
-    """List what starts are estimated from.
-
-    An acceleration tells a speed only through the model, and a wrong model tells a wrong speed: it
-    is left out where speed shows otherwise.
-    """
-    found = channel_noise(sensors, [table])
-    if not _shows_speed(table):
-        return found
-    return tuple(one for one in found if one.quantity != "specific_force")
 
 
 def _flown(

@@ -9,12 +9,7 @@ import numpy as np
 from pipeline.identify.run_nuisance import RunNuisance, run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
-from pipeline.identify.window_outputs import (
-    WindowStack,
-    innovations,
-    observed_positions,
-    whitened,
-)
+from pipeline.identify.window_outputs import WindowStack, innovations, whitened
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
 
@@ -85,9 +80,11 @@ class FitProblem:
     @property
     def start_scales(self) -> FloatArray:
         """Prior standard deviations of the first states (windows, 12)."""
-        seen = observed_positions(self.stack)
         scales = np.zeros((len(self.stack.windows), 12))
-        scales[:, :3] = START_POSITION * seen
+        # north, east, down that show in the readings
+        read = {rows.channel.quantity for rows in self.stack.rows}
+        scales[:, :3] = START_POSITION * ("position" in read)
+        scales[:, 2] = START_POSITION * bool({"position", "depth"} & read)
         scales[:, 3:6] = START_ATTITUDE
         known = np.array([window.known for window in self.stack.windows])
         scales[:, 6:9] = np.where(known[:, :3], START_VELOCITY, BLIND_VELOCITY)

@@ -19,7 +19,7 @@ from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pieces import Pieces, run_pieces
 from pipeline.simulate.run import largest_step_s
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import FloatArray, IntArray
 
 #: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
 OFFSETS = {"angular_velocity": slice(0, 3), "specific_force": slice(3, 6), "depth": slice(6, 7)}
@@ -330,10 +330,3 @@ def whitened(stack: WindowStack, raw: Sequence[FloatArray]) -> FloatArray:
                 out[members] = np.einsum("ij,njc->nic", whitener, values[members])
         parts.append(out.ravel())
     return np.concatenate(parts)[stack.order]
-
-
-def observed_positions(stack: WindowStack) -> BoolArray:
-    """Whether north, east, down show in the readings, (3,)."""
-    quantities = {rows.channel.quantity for rows in stack.rows}
-    plane = "position" in quantities
-    return np.array([plane, plane, plane or "depth" in quantities])

@@ -3,7 +3,7 @@
 Identification, reports and the diagnosis take runs in this form, whatever log they came from.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -89,16 +89,15 @@ class RunChannel:
 
     def timely(self) -> BoolArray:
         """Tell which readings have a time to go by (k,)."""
-        kept = np.ones(self.time_ns.size, np.bool_)
-        for name in WITHOUT_TIME:
-            if name in self.marks:
-                kept &= ~self.marks[name]
-        return kept
+        return self._without(WITHOUT_TIME)
 
     def usable(self) -> BoolArray:
         """Tell which readings go into a table (k,)."""
+        return self._without(LEFT_OUT_OF_TABLES)
+
+    def _without(self, names: Sequence[str]) -> BoolArray:
         kept = np.ones(self.time_ns.size, np.bool_)
-        for name in LEFT_OUT_OF_TABLES:
+        for name in names:
             if name in self.marks:
                 kept &= ~self.marks[name]
         return kept
