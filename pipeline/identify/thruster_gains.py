@@ -72,22 +72,10 @@ def gains_of(
 ) -> ThrusterGains:
     """Tell what each thruster gives on each axis in each run, against the file and a reference.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The nominal model: masses, damping, restoring and thrust curves of the vehicle file.
-    sensors : Sensors
-        Places of the sensors.
-    runs : sequence of RunTable
-        The runs that are asked.
-    uncertainty : Uncertainty, optional
-        Of the vehicle file.
-    reference : sequence of RunTable
-        Runs that are known to be sound; one of `runs` is judged by the others.
-    reference_name : str
-        How to call them ("24 May"); their names if empty.
-    vehicle_file_sha256 : str
-        To be kept in the record.
+    `packed` is the nominal model: masses, damping, restoring and thrust curves of the vehicle file,
+    which states their `uncertainty`. Runs of the `reference` are known to be sound, one of `runs`
+    is judged by the others; `reference_name` is how to call them ("24 May"), by their names if
+    empty. `vehicle_file_sha256` is kept in the record.
     """
     asked = _regressed(packed, sensors, runs, uncertainty)
     done = {run.name: run for run in asked.runs}

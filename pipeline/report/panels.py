@@ -107,11 +107,6 @@ class Resolution:
         )
 
 
-def label_lines(panels: Sequence[Panel]) -> int:
-    """Lines of the longest label."""
-    return max(1 + panel.label.count("\n") for panel in panels)
-
-
 def thinned(x: FloatArray, values: FloatArray, buckets: int) -> tuple[FloatArray, FloatArray]:
     """Keep the lowest and the highest value of each stretch, and the breaks between a few pieces.
 

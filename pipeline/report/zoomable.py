@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from pipeline.language import translate
 from pipeline.report.blocks import Figure
-from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, label_lines, thinned
+from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, thinned
 from pipeline.report.plotly_data import data_block, plotly_figure
 from pipeline.report.plotting import GRID, SOFT, VERMILLION, WIDTH, axes_at, draw, log_ticks
 
@@ -58,7 +58,7 @@ def _still(  # noqa: PLR0917 - what is drawn, and how it is called
     names = list(dict.fromkeys(translate(one.name) for one in traces if one.name))
     columns = _columns(names)
     top = 6.0 + _ENTRY * -(-len(names) // columns)
-    left = _LEFT + _LINE * label_lines(panels)
+    left = _LEFT + _LINE * max(1 + panel.label.count("\n") for panel in panels)
     right = WIDTH - (22.0 if any(one.end for one in traces) else 10.0)
     words = [translate(one) for one in axis.names]
     slanted = max(map(len, words), default=0) > 7
