@@ -14,9 +14,8 @@ from typing import Literal
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import MOST, Step, file_step
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.diagnose.regression.grid import CHANNELS, FORCES, GridRun
 from pipeline.diagnose.regression.response import Response
-from pipeline.diagnose.regression.signatures import FORCES
 from pipeline.records.reference import Prediction
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray

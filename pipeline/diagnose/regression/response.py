@@ -269,10 +269,12 @@ class Response(Ridge):
         readings of them, and what a velocity now does to these is that of one predicted before:
         the noise of a reading stands in what it leaves of the rates, too. An error of the mount
         turns a fast vehicle's speed into a drift whose drag is not in proportion to it: it is taken
-        at its size.
+        at its size. A velocity that is late is predicted of what was then; rates, which are not
+        late, of the velocity that will be read.
         """
         run, rows, ahead = seen.rows.run, seen.rows.rows, seen.predicted
         found = np.zeros((rows.size, len(asked.misread), len(self.channels)))
+        none = np.zeros((len(run.velocity), 6))
         own = {*np.flatnonzero(np.any(asked.misread, axis=(1, 2))).tolist(), *asked.late}
         if not own or self.channels != CHANNELS:
             return found
@@ -283,23 +285,19 @@ class Response(Ridge):
         as_expected = self._next(fit, (expected, before), run, rows)
         for k in own:
             size = asked.taken.get(k, _SLIGHTLY)
-            slip = asked.late.get(k, np.zeros((len(run.velocity), 3)))
-            wrong = [
-                state @ asked.misread[k].T + slip[at]
-                for state, at in (
-                    (before, rows - 2),
-                    (now, rows - 1),
-                    (expected, rows - 1),
-                    (to_come, rows),
-                )
+            turned = size * asked.misread[k].T
+            slip, early = np.split(size * asked.late.get(k, none), 2, axis=1)
+            true = [
+                _without(one, one @ turned + slip[at])
+                for one, at in ((now, rows - 1), (before, rows - 2))
             ]
-            earlier, true, likely = (
-                np.hstack([state[:, :3] - size * off, state[:, 3:]])
-                for state, off in zip((before, now, expected), wrong, strict=False)
-            )
-            follows = ahead - self._next(fit, (true, earlier), run, rows)
-            found[:, k, :3] = wrong[-1] - follows[:, :3] / size
-            follows = as_expected - self._next(fit, (likely, earlier), run, rows)
+            follows = ahead - self._next(fit, true, run, rows)
+            found[:, k, :3] = (to_come @ turned + slip[rows] - follows[:, :3]) / size
+            true = [
+                _without(one, one @ turned + early[at])
+                for one, at in ((expected, rows - 1), (before, rows - 2))
+            ]
+            follows = as_expected - self._next(fit, true, run, rows)
             found[:, k, 3:] = -follows[:, 3:] / size
         return found
 
@@ -309,6 +307,11 @@ class Response(Ridge):
         now, before = velocity
         scaled = (features(now, before, run, rows) - self._middle) * self._scale
         return self._mean(now, before, run, rows) + scaled @ fit.slope
+
+
+def _without(state: FloatArray, misread: FloatArray) -> FloatArray:
+    """Velocities and rates (k, 6) without what is misread of the linear ones (k, 3)."""
+    return np.hstack([state[:, :3] - misread, state[:, 3:]])
 
 
 def _thrust(run: GridRun) -> FloatArray:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun
-from pipeline.diagnose.regression.signatures import FORCES, Rows, by_force, stays
+from pipeline.diagnose.regression.grid import CHANNELS, FORCES, GridRun
+from pipeline.diagnose.regression.signatures import Rows, by_force, stays
 from pipeline.types import FloatArray
 
 #: Coefficients of the filter.

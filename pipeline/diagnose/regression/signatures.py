@@ -7,13 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.diagnose.regression.file_step import Step
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.diagnose.regression.grid import CHANNELS, FORCES, GridRun
 from pipeline.types import FloatArray, IntArray
 
-#: Periods of past force.
-FORCES = 5
-#: The first row that is predicted: all of the past that counts is known.
-FIRST = FORCES - 1
 #: The mean's answer to force is taken at what is usual along its axis: this share of that along
 #: any, at the least.
 _LEAST = 0.01
@@ -33,7 +29,7 @@ class Rows:
     def __init__(self, run: GridRun, mean: Step) -> None:
         self.run = run
         velocity = run.velocity
-        self.rows = np.arange(FIRST, len(velocity))
+        self.rows = np.arange(run.first, len(velocity))
         self.now, before = velocity[self.rows - 1], velocity[self.rows - 2]
         self.next = velocity[self.rows]
         self.features = features(self.now, before, run, self.rows)

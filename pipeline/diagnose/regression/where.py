@@ -19,7 +19,6 @@ from pipeline.diagnose.regression.ahead import channel_gaps, error_of, errors_of
 from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.grid import CHANNELS
 from pipeline.diagnose.regression.known import Learned, ToldRun
-from pipeline.diagnose.regression.signatures import FIRST
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import Gap, Leftover, Where
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -123,7 +122,7 @@ def _places(
     """Return the stretch of each error (k,) of each run."""
     found = []
     for number, (run, error) in enumerate(zip(runs, errors, strict=True)):
-        time_s = run.run.time_s[FIRST : FIRST + len(error)]
+        time_s = run.run.time_s[run.run.first :][: len(error)]
         own = [k for k, one in enumerate(stretches) if one.run == number]
         begins = np.array([stretches[k].begin_s - stretches[own[0]].begin_s for k in own])
         found.append(own[0] + np.searchsorted(begins, time_s + 1e-9, side="right") - 1)
