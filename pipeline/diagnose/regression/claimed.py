@@ -32,18 +32,31 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 
 @dataclass(frozen=True)
+class Late:
+    """Of a velocity that is read late, along a run.
+
+    `slip` (rows, 3) is the turning that a unit takes off too early. `read` and `true` (rows, 3) are
+    the velocity that is read and the one that it is by then, with little noise, and `wrench`
+    (rows, 6) what a unit makes thrusters do: the rates, which are not late, answer to what is true.
+    """
+
+    slip: FloatArray
+    read: FloatArray
+    true: FloatArray
+    wrench: FloatArray
+
+
+@dataclass(frozen=True)
 class Departure:
     """Of a unit of a direction: wrench (rows, 6), mass (6, 6), and what is misread (3, 6).
 
-    Of a velocity that is read late `slip` (rows, 6) is the turning that is taken off too early, and
-    what is read less what the velocity is by then; the wrench then acts on the linear velocities as
-    they are read, and on no moment.
+    Of a velocity that is read `late` the wrench acts on the linear velocities as they are read.
     """
 
     wrench: FloatArray
     mass: FloatArray
     misread: FloatArray
-    slip: FloatArray | None = None
+    late: Late | None = None
 
 
 class Claimed:
@@ -59,6 +72,7 @@ class Claimed:
         self._dvl = sensors.dvl if sensors and self._reads else None
         if sensors is not None and not self._reads:
             sensors = sensors.model_copy(update={"dvl": None})
+        self._sensors = sensors
         self.motion = reckoned(measured_motion(run, sensors))
         self.row_s = run.period_s
         place = self._dvl.position_m if self._dvl else (0.0, 0.0, 0.0)
@@ -85,8 +99,8 @@ class Claimed:
         changed = self._with(one, {**dict(one.beside), one.parameter.name: value})
         before = self._with(one, dict(one.beside)) if one.beside else self._nominal
         if one.effect.id == "dvl_delay" and self._reads:
-            wrench, slip = self._late(float(read(changed, "dvl_delay")))
-            return Departure(wrench / share, np.zeros((6, 6)), as_read, slip / share)
+            wrench, late = self._late(float(read(changed, "dvl_delay")), share)
+            return Departure(wrench / share, np.zeros((6, 6)), as_read, late)
         if one.effect.id in READINGS:
             if not self._reads:
                 return Departure(np.zeros_like(self.wrench), np.zeros((6, 6)), as_read)
@@ -120,31 +134,47 @@ class Claimed:
         nu[:, :3] = np.linalg.solve(np.eye(3) + as_read[:, :3], (nu[:, :3] - of_rates).T).T
         return _pushed(self.packed, self._nominal, self._codes, nu, self.row_s)[0] - self._pushed
 
-    def _late(self, delay_s: float) -> tuple[FloatArray, FloatArray]:
-        """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now.
-
-        Besides (rows, 6), what the DVL's place makes of the rates, then less now, and the velocity
-        that is read less the one that will be.
-        """
+    def _late(self, delay_s: float, units: float) -> tuple[FloatArray, Late]:
+        """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now."""
         rows = np.arange(self.run.time_s.size, dtype=float)
-        before, later = rows - delay_s / self.row_s, rows + delay_s / self.row_s
+        true = measured_motion(_read_earlier(self.run, delay_s), self._sensors).nu[:, :3]
 
-        def ago(values: FloatArray, when: FloatArray = before) -> FloatArray:
-            return np.stack([np.interp(when, rows, one) for one in values.T], axis=1)
+        def ago(values: FloatArray) -> FloatArray:
+            before = rows - delay_s / self.row_s
+            return np.stack([np.interp(before, rows, one) for one in values.T], axis=1)
 
-        state = self.motion.state.copy()
-        state[:, 3:7] = ago(continuous(state[:, 3:7]))
-        state[:, 3:7] /= np.linalg.norm(state[:, 3:7], axis=1)[:, None]
-        state[:, 10:13] = ago(state[:, 10:13])
-        # the velocity that was read goes with them
-        hull = -demanded(self.packed, self._nominal, replace(self.motion, state=state), still=True)
-        pushed, _ = _pushed(
-            self.packed, self._nominal, ago(self._codes), state[:, 7:13], self.row_s
-        )
-        known = self.wrench - self._pushed
-        linear = self.motion.nu[:, :3]
-        slip = np.hstack([ago(self.of_turning) - self.of_turning, linear - ago(linear, later)])
-        return pushed - self._pushed + ago(known) - known + hull - self._hull, slip
+        by_then = self.motion.state.copy()
+        by_then[:, 3:7], by_then[:, 7:10] = continuous(by_then[:, 3:7]), true
+        then, now = ago(by_then), by_then.copy()
+        then[:, 3:7] /= np.linalg.norm(then[:, 3:7], axis=1)[:, None]
+        now[:, 7:10] = then[:, 7:10]
+
+        def hull(state: FloatArray) -> FloatArray:
+            moved = replace(self.motion, state=state)
+            return -demanded(self.packed, self._nominal, moved, still=True)
+
+        def pushed(codes: FloatArray, state: FloatArray) -> FloatArray:
+            own = _pushed(self.packed, self._nominal, codes, state[:, 7:13], self.row_s)[0]
+            return own - self._pushed
+
+        known, slip = self.wrench - self._pushed, ago(self.of_turning) - self.of_turning
+        late = Late(slip / units, then[:, 7:10] + slip, true, pushed(self._codes, by_then) / units)
+        wrench = pushed(ago(self._codes), then) + ago(known) - known + hull(then) - hull(now)
+        return wrench, late
+
+
+def _read_earlier(run: RunTable, late_s: float) -> RunTable:
+    """Return a run whose readings of the velocity stand so much earlier."""
+    rows = np.arange(run.time_s.size) + round(late_s / run.period_s)
+    have = rows < run.time_s.size
+    rows = np.minimum(rows, run.time_s.size - 1)
+    marks = run.reading.get("velocity")
+    return replace(
+        run,
+        values={**run.values, "velocity": run.values["velocity"][rows]},
+        valid={**run.valid, "velocity": run.valid["velocity"][rows] & have},
+        reading=run.reading if marks is None else {**run.reading, "velocity": marks[rows] & have},
+    )
 
 
 def _pushed(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.diagnose.coordinates import Added, Coordinate
-from pipeline.diagnose.regression.claimed import Claimed, Departure
+from pipeline.diagnose.regression.claimed import Claimed, Departure, Late
 from pipeline.diagnose.regression.place import place_told
 from pipeline.diagnose.regression.supply import supply_told
 from pipeline.errors import CannotComputeError
@@ -24,7 +24,7 @@ PERIODS_S = (1 / 10, 1 / 5, 1 / 4, 1 / 3, 1 / 2)
 #: Periods of past force that count, and how late a reading may plausibly be. [s]
 FORCES, _LATE_S = 5, 1.0
 #: Departure, in units of half the plausible range, at which a wrench is taken.
-_STEP = 1.0
+STEP = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,8 @@ class GridRun:
     and score (d,) of each. `course` (m, v) are the velocities as accelerations tell their course,
     with less noise, where they do. `taken` are the sizes at which the last directions were taken;
     `misread` (d, 3, 6) is what a unit of each direction changes in readings of the velocity, see
-    the module; `late` (m, 6) is of a unit of each direction that makes readings late the slip by
-    turning, and what is read less what it is by then; `claimed` is what they are taken from.
+    the module; `late` is of a unit of each direction that makes readings late; `claimed` is what
+    they are taken from.
     """
 
     name: str
@@ -57,7 +57,7 @@ class GridRun:
     misread: FloatArray
     beside: tuple[tuple[FloatArray, FloatArray], ...] = ()
     course: FloatArray | None = None
-    late: Mapping[int, FloatArray] = field(default_factory=dict)
+    late: Mapping[int, Late] = field(default_factory=dict)
     taken: Mapping[int, float] = field(default_factory=dict)
     claimed: Claimed | None = field(default=None, repr=False)
     base: "GridRun | None" = field(default=None, repr=False)
@@ -109,7 +109,7 @@ def on_grids(
         Without rates of turn or attitude, or for a run shorter than a second.
     """
     claimed = Claimed(packed, run, sensors)
-    departures = [claimed.departure(one, one.side * _STEP) for one in directions]
+    departures = [claimed.departure(one, one.side * STEP) for one in directions]
     beside = (
         supply_told(packed, run, sensors, directions),
         place_told(run, sensors, directions),
@@ -150,7 +150,7 @@ def _gridded(
     misread = np.zeros((count, 3, 6))
     for k, one in enumerate(departures):
         more[:, k], heavier[k], misread[k] = _mean(one.wrench, rows), one.mass, one.misread
-    late = {k: one.slip[rows] for k, one in enumerate(departures) if one.slip is not None}
+    late = {k: _on(one.late, rows) for k, one in enumerate(departures) if one.late}
     return GridRun(
         name=run.name,
         period_s=period_s,
@@ -205,7 +205,7 @@ def _beside(
     places = [*range(count), *(-1 if one.of is None else one.of for one in added)]
     padded = [(np.pad(one, (0, 1)), np.pad(score, (0, 1))) for one, score in grid.beside]
     more = [_mean(one.wrench, rows)[:, None] for one in departures]
-    late = {k: one.slip[rows] for k, one in enumerate(departures, count) if one.slip is not None}
+    late = {k: _on(one.late, rows) for k, one in enumerate(departures, count) if one.late}
     return replace(
         grid,
         more=np.concatenate([grid.more, *more], axis=1),
@@ -231,6 +231,10 @@ def _mean(values: FloatArray, rows: IntArray) -> FloatArray:
     """Mean over the period that ends at each row; the first row has the second's."""
     found = means_over(values, rows[:-1], np.maximum(rows[1:], rows[:-1] + 1))
     return np.concatenate([found[:1], found])
+
+
+def _on(late: Late, rows: IntArray) -> Late:
+    return Late(late.slip[rows], late.read[rows], late.true[rows], _mean(late.wrench, rows))
 
 
 def _about(  # noqa: PLR0917 - one caller

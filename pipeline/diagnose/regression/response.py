@@ -11,7 +11,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.diagnose.regression.claimed import Late
+from pipeline.diagnose.regression.grid import CHANNELS, STEP, GridRun
 from pipeline.diagnose.regression.ridge import Fit, Ridge
 from pipeline.diagnose.regression.signatures import Rows, features
 from pipeline.diagnose.regression.told import BESIDE, Told
@@ -255,9 +256,31 @@ class Response(Ridge):
 
     def _signatures(self, seen: _Seen, asked: GridRun, fit: Fit) -> FloatArray:
         """Change of the next velocities (k, d, c) by a unit of each direction that is asked."""
-        found = seen.rows.signatures(asked, self._learned_force(fit.slope), seen.gained)
-        found[:, list(asked.late), 3:] = 0.0
-        return found + self._misread(seen, asked, fit)
+        force = self._learned_force(fit.slope)
+        found = seen.rows.signatures(asked, force, seen.gained)
+        if asked.late:
+            more = asked.more.copy()
+            for k, late in asked.late.items():
+                more[:, k] = late.wrench
+            of_rates = seen.rows.signatures(replace(asked, more=more), force, seen.gained)
+            found[:, list(asked.late), 3:] = of_rates[:, list(asked.late), 3:]
+        found += self._misread(seen, asked, fit)
+        for k, late in asked.late.items():
+            found[:, k, 3:] += self._by_then(seen, late, fit) / asked.taken.get(k, STEP)
+        return found
+
+    def _by_then(self, seen: _Seen, late: Late, fit: Fit) -> FloatArray:
+        """Change (k, 3) of next rates: they follow of the velocity that is true, not as it is read.
+
+        Both without the noise of readings, which stands in what these leave of the rates.
+        """
+        run, rows = seen.rows.run, seen.rows.rows
+
+        def following(linear: FloatArray) -> FloatArray:
+            both = np.hstack([linear, run.velocity[:, 3:]])
+            return self._next(fit, (both[rows - 1], both[rows - 2]), run, rows)[:, 3:]
+
+        return following(late.true) - following(late.read)
 
     def _misread(self, seen: _Seen, asked: GridRun, fit: Fit) -> FloatArray:
         """Change (k, d, c) of what is read of a unit: next, less what follows of it now and before.
@@ -269,12 +292,11 @@ class Response(Ridge):
         readings of them, and what a velocity now does to these is that of one predicted before:
         the noise of a reading stands in what it leaves of the rates, too. An error of the mount
         turns a fast vehicle's speed into a drift whose drag is not in proportion to it: it is taken
-        at its size. A velocity that is late is predicted of what was then; rates, which are not
-        late, of the velocity that will be read.
+        at its size.
         """
         run, rows, ahead = seen.rows.run, seen.rows.rows, seen.predicted
         found = np.zeros((rows.size, len(asked.misread), len(self.channels)))
-        none = np.zeros((len(run.velocity), 6))
+        none = np.zeros((len(run.velocity), 3))
         own = {*np.flatnonzero(np.any(asked.misread, axis=(1, 2))).tolist(), *asked.late}
         if not own or self.channels != CHANNELS:
             return found
@@ -286,18 +308,15 @@ class Response(Ridge):
         for k in own:
             size = asked.taken.get(k, _SLIGHTLY)
             turned = size * asked.misread[k].T
-            slip, early = np.split(size * asked.late.get(k, none), 2, axis=1)
-            true = [
+            slip = size * (asked.late[k].slip if k in asked.late else none)
+            linear = [
                 _without(one, one @ turned + slip[at])
                 for one, at in ((now, rows - 1), (before, rows - 2))
             ]
-            follows = ahead - self._next(fit, true, run, rows)
+            follows = ahead - self._next(fit, linear, run, rows)
             found[:, k, :3] = (to_come @ turned + slip[rows] - follows[:, :3]) / size
-            true = [
-                _without(one, one @ turned + early[at])
-                for one, at in ((expected, rows - 1), (before, rows - 2))
-            ]
-            follows = as_expected - self._next(fit, true, run, rows)
+            likely = [_without(one, one @ turned) for one in (expected, before)]
+            follows = as_expected - self._next(fit, likely, run, rows)
             found[:, k, 3:] = -follows[:, 3:] / size
         return found
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.regression.ahead import floors_of, rms_of, summed, unit_of
+from pipeline.diagnose.regression.claimed import Late
 from pipeline.diagnose.regression.decide import Said
 from pipeline.diagnose.regression.grid import GridRun
 from pipeline.diagnose.regression.known import Learned, Reference, ToldRun
@@ -32,7 +33,10 @@ def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
             and len(getattr(run, one.name)) == rows
             and one.name != "heavier"
         }
-        late = {k: slip[which] for k, slip in run.late.items()}
+        late = {
+            k: Late(*(values[which] for values in (one.slip, one.read, one.true, one.wrench)))
+            for k, one in run.late.items()
+        }
         return replace(run, **own, late=late, base=None)
 
     return part(slice(0, middle)), part(slice(middle, rows))

@@ -7,9 +7,10 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.diagnose.coordinates import Added
 from pipeline.diagnose.regression.directions import directions_of
 from pipeline.diagnose.regression.file_step import file_step
-from pipeline.diagnose.regression.grid import on_grids
+from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.misread import misread
 from pipeline.diagnose.regression.response import Response
 from pipeline.diagnose.regression.ridge import BENT, STIFF
@@ -106,3 +107,32 @@ def test_thrust_is_claimed_at_the_velocity_that_is_read() -> None:
     assert ahead.sum() > 20
     assert np.all(wrench[ahead] > 0.0)
     assert np.all(wrench[ahead] < thrust_n[ahead])
+
+
+def test_a_velocity_that_is_late_is_told_by_itself_and_by_the_rates() -> None:
+    """A second late: what is read follows of what was, and rates of what is read a second later."""
+    vehicle = load_vehicle(bundled_vehicle("cargo_carrier"))
+    packed, sensors = pack_vehicle(vehicle), vehicle.sensors
+    assert sensors is not None
+    delay = EffectSpec("dvl_delay", {"delay_s": 1.0})
+    late = apply_effects(packed.vector, [delay], packed.context)
+    flown = fly(packed, MANOEUVRES["multisine"].plan(packed, 1.0, 40.0))
+    sound, asked = (
+        table_of_log(measure(flown, packed, sensors, vector=one), sensors)
+        for one in (packed.vector, late)
+    )
+    directions = directions_of(
+        vehicle, packed, {"dvl_delay": candidates(packed.context)["dvl_delay"]}
+    )
+    k = next(k for k, one in enumerate(directions) if one.effect.id == "dvl_delay")
+    file = file_step(packed)
+    grids = [on_grids(packed, run, sensors, directions, (0.2,))[0] for run in (sound, asked)]
+    response = Response(grids[:1], BENT[-1], file, file, stiff=STIFF)
+    size = 1.0 / directions[k].unit_size
+    told = response.told(all_at(grids[1:], [Added(directions[k], size, k)])[0])
+    for channels in (range(3), range(3, 6)):
+        information = sum(told.by_channel[c, -1, -1] for c in channels)
+        score = sum(told.score_by_channel[c, -1] for c in channels)
+        assert score / information == pytest.approx(size, rel=0.1)
+    # what was before the run, of which the first rows follow, nobody knows
+    assert grids[1].first * 0.2 > 1.0 + 4 * 0.2 - 1e-9
