@@ -190,8 +190,9 @@ def _hypotheses(
         singles += own
         best.append(max(own, key=_worth))
     best.sort(key=_worth, reverse=True)
-    pairs = [_pair(runs, first, second) for first, second in combinations(best[:_FROM], 2)]
-    return [*found, *singles, *pairs]
+    # one that shows only beside the strongest is among the strongest of nothing
+    both = [*combinations(best[:_FROM], 2), *((best[0], one) for one in best[_FROM:])]
+    return [*found, *singles, *(_pair(runs, first, second) for first, second in both)]
 
 
 def _prior_of(count: int, members: int, most: int) -> float:
