@@ -252,3 +252,23 @@ def test_what_one_sound_run_shows_as_well_is_no_change() -> None:
     ]
     assert found[0] > 0.5
     assert found[1] < 0.2
+
+
+def test_a_second_effect_is_sought_beside_the_first() -> None:
+    """Alone it shows nothing: the first one's signature covers it."""
+    uncovered, cover = 400.0, 0.8
+    every = uncovered * np.array([[1.0, 0.0, cover], [0.0, 1.0, 0.0], [cover, 0.0, 1.0]])
+    size = np.array([-0.8, 0.0, 0.64])
+    others = tuple(
+        Coordinate(GAIN, GAIN.parameters[0], f"thruster {k}", 0.5, 0.1) for k in range(4)
+    )
+    directions = (*DIRECTIONS, *others)
+    whole = uncovered * np.eye(7)
+    whole[:3, :3] = every
+    score = np.concatenate([every @ size, -uncovered * np.full(4, 0.6)])
+    run = Told(whole[None], score[None], np.zeros(7))
+    assert abs(score[2]) < 1e-9
+    ranking = weighed([run], directions, Ordinary(np.full(7, 0.1), np.ones(1)))
+    evidence = {one.name: one.evidence for one in ranking}
+    both = evidence["residual_buoyancy+thruster_degraded@left"]
+    assert both > evidence["thruster_degraded@left"] + 2.0
