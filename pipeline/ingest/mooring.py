@@ -23,14 +23,8 @@ from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
-from pipeline.ingest.thrust_checks import (
-    compare_thrusters,
-    curves_of,
-    odd_sizes,
-    saturated,
-    shape_problem,
-    thrust_problem,
-)
+from pipeline.ingest.thrust_checks import compare_thrusters, curves_of, thrust_problem
+from pipeline.ingest.thrust_shape import odd_sizes, saturated, shape_problem
 from pipeline.ingest.vocabulary import pattern_of, plain, words_of
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
