@@ -226,8 +226,10 @@ def odd_codes(points: Sequence[LoadTestPoint], folder: Place) -> Iterator[Proble
     if len(codes) <= _LEAST_LOADS:
         return
     for name, of in (("torque", "torque_nm"), ("shaft speed", "shaft_speed_rpm")):
-        most = [max(abs(getattr(one, of)) for one in points if abs(one.code or 0.0) == code)
-                for code in codes]  # fmt: skip
+        most = [
+            max(abs(getattr(one, of)) for one in points if abs(one.code or 0.0) == code)
+            for code in codes
+        ]
         if min(most) <= 0.0:
             continue
         x, y = np.log(codes), np.log(most)
