@@ -12,7 +12,7 @@ from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, short
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.headers import BlockSearch, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
-from pipeline.ingest.row_directions import block_rows, tells_direction, texts_in
+from pipeline.ingest.row_directions import tells_direction
 from pipeline.ingest.rows import listed
 from pipeline.ingest.stated_columns import choose_sheets
 from pipeline.ingest.vocabulary import (
@@ -172,10 +172,10 @@ def _told_apart(block: Block) -> Iterator[Problem]:
     A column of remarks or of validity speaks of a few rows; one that has a text in every row, and
     not one of its own in each, is of several machines or settings.
     """
-    rows, is_told = block_rows(block), bool(block.only)
+    rows, is_told = block.rows_of_numbers(), bool(block.only)
     for column in block.columns_not_used(None):
         index = column_index(column.column)
-        texts = texts_in(block, rows, index)
+        texts = block.texts_in(rows, index)
         usual, _ = (
             Counter(texts.get(row, "") for row in rows).most_common(1)[0] if rows else ("", 0)
         )

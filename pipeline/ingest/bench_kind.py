@@ -12,7 +12,7 @@ from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.repeats import Repeats, RowCopies, without_copies
-from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts, words_apart
+from pipeline.ingest.row_directions import directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
 from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
 from pipeline.ingest.workbook import read_sheets
@@ -141,7 +141,7 @@ def _sheet_read(table: Table, summary: str) -> SheetRead:
     ]
     at = None
     if isinstance(columns, (LoadTestColumns, MooringColumns)):
-        found = directions_of(block, block_rows(block), columns.direction, table.kind)
+        found = directions_of(block, block.rows_of_numbers(), columns.direction, table.kind)
         at = found.column if found.signs else None
         if at is not None:
             head = block.sheet.cell(block.header_row, at)

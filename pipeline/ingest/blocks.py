@@ -1,7 +1,7 @@
 """A table found on a sheet: which column holds which quantity, in which unit."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -166,25 +166,47 @@ class Block:
             return False
         return is_number(self.sheet.cell(row - 1, index))
 
+    def rows_of_numbers(self) -> list[int]:
+        """Return the rows that hold a number in a column that is read."""
+        columns = [column.index for column in self.columns.values()]
+        return [
+            row for row, cells in self.rows() if any(is_number(_at(cells, at)) for at in columns)
+        ]
+
+    def heads_not_read(self) -> list[tuple[int, str]]:
+        """Return the index and the name of each column within the table that is not read."""
+        read = {index for one in self.columns.values() for index in (one.index, *one.plus)}
+        low, high = self.span
+        above = self.header_row < self.sheet.first_row
+        heads = () if above else self.sheet.cells(self.header_row)[: high + 1]
+        return [
+            (index, head)
+            for index, head in enumerate(heads)
+            if index >= low and isinstance(head, str) and index not in read
+        ]
+
+    def texts_in(self, rows: Iterable[int], index: int) -> dict[int, str]:
+        """Return what the filled cells of a column say, by row."""
+        cells = ((row, self.sheet.cell(row, index)) for row in rows)
+        return {
+            row: f"{cell:g}" if isinstance(cell, float) else cell.strip()
+            for row, cell in cells
+            if isinstance(cell, (float, str))
+        }
+
     def columns_not_used(self, directions: int | None) -> tuple[ColumnNotUsed, ...]:
         """Return the columns of the table that nothing is read from, and why.
 
         `directions` is the column of words that the direction of the rows is told by, if any.
         """
-        read = {index for one in self.columns.values() for index in (one.index, *one.plus)}
-        read |= set() if directions is None else {directions}
-        if self.header_row < self.sheet.first_row:
-            return ()
-        heads = self.sheet.cells(self.header_row)
-        low, high = self.span
         return tuple(
             ColumnNotUsed(
                 header=shorten(head),
                 column=column_letter(index),
                 reason=self.not_used.get(index, NO_QUANTITY),
             )
-            for index, head in enumerate(heads)
-            if low <= index <= high and isinstance(head, str) and index not in read
+            for index, head in self.heads_not_read()
+            if index != directions
         )
 
     def place(self, row: int | None = None, quantity: str | None = None) -> Place:

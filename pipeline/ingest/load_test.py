@@ -9,6 +9,7 @@ from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.blocks import NO_QUANTITY
+from pipeline.ingest.command_signs import check_signs, with_signs_of_codes
 from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
 from pipeline.ingest.load_test_checks import (
     check_constant,
@@ -21,9 +22,7 @@ from pipeline.ingest.load_test_checks import (
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
 from pipeline.ingest.load_test_sweeps import (
     branches_and_warm_up,
-    check_signs,
     two_curves,
-    with_signs_of_codes,
 )
 from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED
 from pipeline.ingest.rig_factors import factor_unclear

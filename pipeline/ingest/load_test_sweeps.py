@@ -1,4 +1,4 @@
-"""The course of a load test: signs of its quadrant, two curves in one table, branches, warm-up."""
+"""The course of a load test: two curves in one table, branches, warm-up."""
 
 import math
 from collections import defaultdict
@@ -10,13 +10,10 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.load_test_words import Branch
-from pipeline.ingest.readings import COMMENTED, STATISTICS
-from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.rows import listed
 from pipeline.ingest.settled_steps import noise_of
 from pipeline.types import FloatArray
 
-#: Below this share of the largest torque or speed, its sign means nothing.
-_ZERO_SHARE = 0.03
 #: Two curves: readings of one group at least, how far apart of the largest speed, and of the
 #: scatter about each. One curve, parted at its middle, is 2.6 times its scatter apart.
 _LEAST_OF_TWO, _TWO_SHARE, _TWO_SIGMAS = 6, 0.05, 6.0
@@ -25,91 +22,6 @@ _TURN_SHARE = 0.08
 _NO_LOAD_SHARE = 0.02
 _STEADY_LOAD_SHARE = 0.003
 _LEAST_WARM_UP_ROWS = 6
-
-
-def check_signs(table: Table) -> Iterator[Problem]:
-    """Mark readings outside of the motoring quadrant of their code; signs are never changed.
-
-    The warning names the likely cause.
-    """
-    live = [one for one in table.readings if not {COMMENTED, STATISTICS} & set(one.marks)]
-    if not live:
-        return
-    torque, speed = numbers(live, "torque"), numbers(live, "shaft_speed")
-    code = np.array([one.values.get("code", 0.0) for one in live])
-    loaded = np.abs(torque) > _ZERO_SHARE * np.abs(torque).max()
-    turning = np.abs(speed) > _ZERO_SHARE * np.abs(speed).max()
-    # Without a code, or at code 0, the direction of turning is all there is.
-    sense = np.where(code == 0.0, np.sign(speed), np.sign(code))
-    against = loaded & (torque * sense < 0)
-    backwards = turning & (speed * sense < 0)
-    for wrong, share, mark, quantity in (
-        (against, loaded, "negative torque", "torque"),
-        (backwards, turning, "speed against the code", "shaft_speed"),
-    ):
-        if wrong.any():
-            whole = bool((wrong | ~share).all())
-            # of a table turned round the few points near zero say nothing either
-            odd = range(len(live)) if whole else np.flatnonzero(wrong)
-            rows = [live[position].row for position in odd]
-            table.mark(set(rows), mark)
-            yield _sign_problem(table, quantity, rows, whole=whole)
-
-
-def with_signs_of_codes(table: Table) -> Iterator[Problem]:
-    """Give speed and torque the sign of a negative code where both were read without one.
-
-    A drive that motors has both signs of its code: with none of either, nothing else is meant. One
-    of them alone without a sign is a size only where positive codes stand beside it.
-    """
-    back, ahead = (
-        [one for one in table.live() if sign * one.values.get("code", 0.0) > 0.0]
-        for sign in (-1.0, 1.0)
-    )
-    if not back:
-        return
-    unsigned = [
-        name
-        for name in ("shaft_speed", "torque")
-        if max(one.values[name] for one in back) > 0.0
-        and min(one.values[name] for one in (*back, *ahead)) >= 0.0
-    ]
-    if not unsigned or (len(unsigned) == 1 and not ahead):
-        return
-    names = " and ".join("speed" if name.startswith("shaft") else "torque" for name in unsigned)
-    what = f"{names} stand without sign at the negative codes: given the sign of the code."
-    yield table.at(back[0].row).note(what)
-    table.readings = [
-        one.with_values(**{name: -abs(one.values[name]) for name in unsigned})
-        if one.values.get("code", 0.0) < 0.0
-        else one
-        for one in table.readings
-    ]
-
-
-def _sign_problem(table: Table, quantity: str, rows: list[int], *, whole: bool) -> Problem:
-    name = quantity.replace("_", " ")
-    column = table.block.columns[quantity]
-    sense = "code" if "code" in table.block.columns else "code or the turning"
-    if whole:
-        return table.at(rows[0], quantity).warning(
-            f"the {name} has the opposite sign of the {sense} in the whole table: it looks "
-            f"like the sign of the sensor. Nothing was turned round; the {len(rows)} points are "
-            "kept but not fitted.",
-            "speed and torque with the sign of the code where the drive motors.",
-            "If the sensor counts the other way, state it in vehicle.yaml:\n"
-            f"  columns:\n    load_test:\n      {quantity}: "
-            f'{{header: "{column.header}", sign: {-column.sign}}}',
-        )
-    what = "the drive is driven by the load (regenerating), or the sign is wrong"
-    if quantity == "shaft_speed":
-        what = "it was turned backwards, or the sign is wrong"
-    return table.at(rows[0], quantity).warning(
-        f"the {name} is negative (against the {sense}) in {counted(len(rows), 'row')} "
-        f"({listed(rows)}): {what}. The points are kept but not fitted.",
-        "the motoring quadrant: torque and speed with the sign of the code.",
-        'Mark the rows with "#" in column A if they are not steady motoring points.',
-    )
 
 
 def two_curves(table: Table) -> Iterator[Problem]:

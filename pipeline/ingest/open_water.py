@@ -1,10 +1,9 @@
 """Open-water tests: K_T and K_Q (the papers' K_M) against the advance ratio."""
 
-import contextlib
 import math
 import re
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +11,14 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
-from pipeline.ingest.bench_table import Reading, Table
+from pipeline.ingest.bench_table import Table, numbers
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.open_water_coefficients import (
     TORQUE_FACTORS,
     Coefficients,
-    EfficiencyCheck,
-    NoCoefficientError,
     check_efficiency,
     coefficients,
     doubt,
-    efficiency,
     far_from_pitch,
     impossible,
     over_pi,
@@ -32,6 +28,7 @@ from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.vocabulary import plain
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
+from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
 _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
@@ -43,6 +40,10 @@ _MOST_LARGE = 0.2
 _DOUBTED, _REFUSED = -0.7, 0.5
 #: Scatter of K_T about one curve, a share of the largest; fewer readings are no two curves.
 _MOST_SCATTER, _LEAST_OF_TWO = 0.04, 8
+_QUANTITIES = (
+    *("advance_ratio", "thrust_coefficient", *TORQUE_FACTORS, "efficiency"),
+    *("speed", "shaft_speed", "thrust", "torque"),
+)
 #: A coefficient that differs by more from its thrust is of another one.
 _MOST_APART = 0.1
 
@@ -57,49 +58,78 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     return OpenWaterRecord(points=read.points, sheets=read.sheets, problems=read.problems)
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of a table that have coefficients: their numbers, what they hold, which of them count.
+
+    `number` and `used` are (n,), as are the `values` by quantity.
+    """
+
+    number: IntArray
+    values: dict[str, FloatArray]
+    found: Coefficients
+    used: BoolArray
+
+    def counting(self) -> "_Rows":
+        """Return those that count."""
+        values = {name: own[self.used] for name, own in self.values.items()}
+        return _Rows(self.number[self.used], values, self.found.of(self.used), self.used[self.used])
+
+
 def _points(file: BenchFile) -> list[tuple[OpenWaterPoint, ...]]:
     return [tuple(_of_table(table)) for table in file.tables]
 
 
-def _of_table(table: Table) -> list[OpenWaterPoint]:
-    block, vehicle, problems = table.block, table.vehicle, table.problems
+def _coefficients(table: Table, values: dict[str, FloatArray]) -> Coefficients:
+    diameter_m = table.vehicle.propeller.diameter_m
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return coefficients(values, table.vehicle.water.density_kgpm3, diameter_m)
+
+
+def _of_table(table: Table) -> Iterator[OpenWaterPoint]:
+    problems, block = table.problems, table.block
     problems += _notes(table)
+    values = {name: numbers(table.readings, name) for name in _QUANTITIES}
     torque = block.columns.get("torque_coefficient")
-    tenfold = torque is not None and _TEN_TIMES.search(torque.header) is not None
-    rows: list[tuple[Reading, Coefficients]] = []
-    without: list[tuple[int, str]] = []
-    for reading in table.readings:
-        values = dict(reading.values)
-        if tenfold and "torque_coefficient" in values:
-            # vehicle.yaml names a column "10KQ" as the torque coefficient.
-            values["torque_coefficient_x10"] = values.pop("torque_coefficient")
-        try:
-            found = coefficients(values, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m)
-        except NoCoefficientError as error:
-            without.append((reading.row, str(error)))
-        else:
-            rows.append((reading, found))
-    if without:
-        numbers = [row for row, _ in without]
-        what = f"{without[0][1]}; left out: {listed(numbers)}."
-        problems.append(block.place(numbers[0]).warning(what))
-    marks = _marks(table, rows)
-    good = [row for row, own in zip(rows, marks, strict=True) if not own]
-    problems += _cross_check(table, good)
-    unclear = _impossible(table, good) or _two_curves(table, good) or _advance_unclear(table, good)
+    if torque is not None and _TEN_TIMES.search(torque.header) is not None:
+        # vehicle.yaml names a column "10KQ" as the torque coefficient.
+        values["torque_coefficient_x10"] = values.pop("torque_coefficient")
+    found = _coefficients(table, values)
+    known = np.isfinite(found.thrust_coefficient) | np.isfinite(found.torque_coefficient)
+    there = np.isfinite(found.advance_ratio) & known
+    if not there.all():
+        first = int(np.argmin(there))
+        why = "neither a thrust nor a torque coefficient follows from the row"
+        if np.isnan(found.advance_ratio[first]):
+            stands = {"speed", "shaft_speed"} <= table.readings[first].values.keys()
+            why = "no advance ratio, and no speed with shaft speed to compute it from"
+            why = "the shaft stands still, J = V / (n D) is not defined" if stands else why
+        without = [table.readings[at].row for at in np.flatnonzero(~there)]
+        problems.append(block.place(without[0]).warning(f"{why}; left out: {listed(without)}."))
+    readings = [table.readings[at] for at in np.flatnonzero(there)]
+    found = found.of(there)
+    row = np.array([one.row for one in readings], dtype=np.int64)
+    odd = _beyond(table, row, found)
+    marks = [(*one.marks, *more) for one, more in zip(readings, odd, strict=True)]
+    used = np.array([not own for own in marks], np.bool_)
+    rows = _Rows(row, {name: own[there] for name, own in values.items()}, found, used).counting()
+    problems += _cross_check(table, rows)
+    unclear = [*_impossible(table, rows)] or [*_two_curves(table, rows)] or [*_over_pi(table, rows)]
     problems += unclear
     if any(one.severity == "error" for one in unclear):
-        return []
-    return [
-        OpenWaterPoint(
-            source=Source(file=block.sheet.file, sheet=block.sheet.name, row=reading.row),
-            advance_ratio=found.advance_ratio,
-            thrust_coefficient=found.thrust_coefficient,
-            torque_coefficient=found.torque_coefficient,
+        return
+    for at, own in enumerate(marks):
+        yield OpenWaterPoint(
+            source=Source(file=block.sheet.file, sheet=block.sheet.name, row=int(row[at])),
+            advance_ratio=float(found.advance_ratio[at]),
+            thrust_coefficient=_or_none(found.thrust_coefficient[at]),
+            torque_coefficient=_or_none(found.torque_coefficient[at]),
             marks=own,
         )
-        for (reading, found), own in zip(rows, marks, strict=True)
-    ]
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _notes(table: Table) -> Iterator[Problem]:
@@ -128,76 +158,66 @@ def _notes(table: Table) -> Iterator[Problem]:
         )
 
 
-def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:
-    """Mark impossible coefficients and advance ratios."""
-    large = [reading.row for reading, found in rows if found.is_impossible]
+def _beyond(table: Table, row: IntArray, found: Coefficients) -> list[tuple[str, ...]]:
+    """Mark impossible coefficients and advance ratios; return the marks of each row."""
+    large = found.are_impossible
+    far = np.abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO
     # where many are, the column is another quantity, and what is small of it is no better
-    none_is_sound = len(large) > _MOST_LARGE * len(rows)
-    far = [abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO for _, found in rows]
-    beyond = [reading.row for (reading, _), is_far in zip(rows, far, strict=True) if is_far]
-    marks = [
-        (*reading.marks, "advance ratio beyond any propeller")
-        if is_far
-        else (*reading.marks, "coefficient beyond any propeller")
-        if none_is_sound or found.is_impossible
-        else reading.marks
-        for (reading, found), is_far in zip(rows, far, strict=True)
-    ]
-    if large:
-        what = f"K_T or K_Q beyond any propeller in {listed(large)}; left out."
-        if none_is_sound:
-            what = f"K_T or K_Q beyond any propeller in {listed(large)}; the table was left out."
-        expected = "K_T = T / (rho n^2 D^4), K_Q = Q / (rho n^2 D^5); no thrust loading C_Th."
-        table.problems.append(table.at(large[0]).warning(what, expected, _CHECK_COLUMN))
-    if beyond:
-        what = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(beyond)}; left out."
-        remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
-        table.problems.append(table.at(beyond[0]).warning(what, "", remedy))
-    return marks
-
-
-def _against_raw(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
-    """Compare coefficients that the table states with those of its thrust, torque and speed."""
-    water, propeller = table.vehicle.water, table.vehicle.propeller
-    for name, raw, stated_by in (
-        ("advance_ratio", "speed", frozenset({"advance_ratio"})),
-        ("thrust_coefficient", "thrust", frozenset({"thrust_coefficient"})),
-        ("torque_coefficient", "torque", frozenset(TORQUE_FACTORS)),
+    none_is_sound = bool(large.sum() > _MOST_LARGE * len(large))
+    whole = "the table was " if none_is_sound else ""
+    wide = f"K_T or K_Q beyond any propeller in {listed(row[large].tolist())}; {whole}left out."
+    expected = "K_T = T / (rho n^2 D^4), K_Q = Q / (rho n^2 D^5); no thrust loading C_Th."
+    fast = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(row[far].tolist())}"
+    remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
+    for wrong, said in (
+        (large, (wide, expected, _CHECK_COLUMN)),
+        (far, (f"{fast}; left out.", "", remedy)),
     ):
-        ratios = []
-        for reading, found in used:
-            bare = {key: one for key, one in reading.values.items() if key not in stated_by}
-            stated = getattr(found, name)
-            if stated and raw in bare and not stated_by.isdisjoint(reading.values):
-                with contextlib.suppress(NoCoefficientError, ZeroDivisionError):
-                    own = coefficients(bare, water.density_kgpm3, propeller.diameter_m)
-                    computed = getattr(own, name)
-                    ratios += [] if computed is None else [computed / stated]
-        ratio = float(np.median(ratios)) if ratios else 1.0
+        if wrong.any():
+            table.problems.append(table.at(int(row[np.argmax(wrong)])).warning(*said))
+    return [
+        ("advance ratio beyond any propeller",)
+        if is_far
+        else ("coefficient beyond any propeller",) * (none_is_sound or is_large)
+        for is_far, is_large in zip(far.tolist(), large.tolist(), strict=True)
+    ]
+
+
+def _against_raw(table: Table, rows: _Rows) -> Iterator[Problem]:
+    """Compare coefficients that the table states with those of its thrust, torque and speed."""
+    for name, raw, stated_by in (
+        ("advance_ratio", "speed", ("advance_ratio",)),
+        ("thrust_coefficient", "thrust", ("thrust_coefficient",)),
+        ("torque_coefficient", "torque", tuple(TORQUE_FACTORS)),
+    ):
+        bare = {key: own for key, own in rows.values.items() if key not in stated_by}
+        own, stated = getattr(_coefficients(table, bare), name), getattr(rows.found, name)
+        given = [rows.values[one] for one in stated_by if one in rows.values]
+        there = np.isfinite(own) & np.isfinite(given).any(axis=0) & (stated != 0.0)
+        ratio = float(np.median(own[there] / stated[there])) if there.any() else 1.0
         if abs(ratio - 1.0) > _MOST_APART:
             what = f"the {raw} gives {ratio:.3g} times the {name.replace('_', ' ')} that is stated."
             expected = "thrust, torque and coefficients of one propeller in one water."
             yield table.at(table.head).warning(what, expected, _CHECK_COLUMN)
 
 
-def _advance_unclear(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
+def _over_pi(table: Table, rows: _Rows) -> Iterator[Problem]:
     """Refuse an advance coefficient that may be V / (pi n D), unless vehicle.yaml has its scale."""
     column = table.block.columns.get("advance_ratio")
     stated = table.vehicle.columns.open_water.advance_ratio
     if column is None or (stated is not None and "scale" in stated.model_fields_set):
-        return []
-    words = set(plain(column.header).split())
+        return
+    words, found = set(plain(column.header).split()), rows.found
     name = "lambda" if words & {"λ", "lambda"} else "J" if words & {"j", "jv"} else ""
-    check = _efficiency_check(used)
-    points = [one for _, one in used]
-    if doubt(points):  # then its efficiency says nothing
-        points = [replace(one, torque_coefficient=None) for one in points]
-    score = over_pi(points, name, None if check is None else check.ratio)
+    check = check_efficiency(found.efficiency, rows.values["efficiency"])
+    if doubt(found):  # then its efficiency says nothing
+        found = replace(found, torque_coefficient=np.full(len(rows.number), np.nan))
+    score = over_pi(found, name, None if check is None else check.ratio)
     if score is None:  # the letter alone
         score = _DOUBTED if name == "lambda" else -math.inf
     if score < _DOUBTED:
-        return []
-    largest = max(abs(one.advance_ratio) for _, one in used) if used else 0.0
+        return
+    largest = float(np.abs(found.advance_ratio).max(initial=0.0))
     what = (
         f'"{shorten(column.header)}" may be J = V / (n D), to {largest:.3g} here, or lambda = V / '
         f"(pi n D), which makes J to {math.pi * largest:.3g}"
@@ -208,56 +228,51 @@ def _advance_unclear(table: Table, used: Sequence[tuple[Reading, Coefficients]])
     )
     place = table.at(table.head, "advance_ratio")
     if score < _REFUSED:
-        return [place.warning(f"{what}; J is taken.", "J = V / (n D).", remedy)]
+        yield place.warning(f"{what}; J is taken.", "J = V / (n D).", remedy)
+        return
     why = "K_T is zero so early, and the efficiency so small, as of no screw"
     said = f"{what}: {why}. So the table was left out."
-    return [place.error(said, "an advance coefficient that is known.", remedy)]
+    yield place.error(said, "an advance coefficient that is known.", remedy)
 
 
-def _impossible(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
-    why = impossible([found for _, found in used])
-    what, expected = f"{why}. So the table was left out.", "readings of a turning propeller."
-    return [table.at(table.head).error(what, expected, _CHECK_SIGN)] if why else []
+def _impossible(table: Table, rows: _Rows) -> Iterator[Problem]:
+    if why := impossible(rows.found):
+        what, expected = f"{why}. So the table was left out.", "readings of a turning propeller."
+        yield table.at(table.head).error(what, expected, _CHECK_SIGN)
 
 
-def _two_curves(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> list[Problem]:
+def _two_curves(table: Table, rows: _Rows) -> Iterator[Problem]:
     """Refuse a table whose readings lie to both sides of one curve, as a column parts them."""
-    both = [(one.row, it.advance_ratio, it.thrust_coefficient) for one, it in used]
-    known = np.array([one for one in both if one[2] is not None], float)
-    if len(known) < _LEAST_OF_TWO:
-        return []
-    row, ratio, k_t = known.T
+    known = np.isfinite(rows.found.thrust_coefficient)
+    if known.sum() < _LEAST_OF_TWO:
+        return
+    row = rows.number[known]
+    ratio, k_t = rows.found.advance_ratio[known], rows.found.thrust_coefficient[known]
     off = k_t - np.polyval(np.polyfit(ratio, k_t, min(3, len(np.unique(ratio)) - 1)), ratio)
     scatter, largest = float(off.std()), float(np.abs(k_t).max())
-    sides = (row[off < -scatter].astype(int).tolist(), row[off > scatter].astype(int).tolist())
+    sides = row[off < -scatter].tolist(), row[off > scatter].tolist()
     head = column_that_parts(table.block, *sides) if scatter > _MOST_SCATTER * largest else ""
-    if not head:
-        return []
-    return [
-        table.at(table.head).error(
+    if head:
+        yield table.at(table.head).error(
             f'column "{head}" parts the rows, and K_T lies on curves '
             f"{200.0 * scatter / largest:.0f} % apart. So the table was left out.",
             "one characteristic in a table.",
             "State in vehicle.yaml which rows are meant:\n  columns:\n    open_water:\n"
             f'      only: {{"{head}": ...}}',
         )
-    ]
 
 
-def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
+def _cross_check(table: Table, rows: _Rows) -> Iterator[Problem]:
     """Compare with the efficiency column; without one, look for what cannot be true."""
-    yield from _against_raw(table, used)
-    points = [found for _, found in used]
-    check = _efficiency_check(used)
-    pitch = far_from_pitch(points, table.vehicle.propeller.pitch_ratio)
-    if pitch:
+    yield from _against_raw(table, rows)
+    check = check_efficiency(rows.found.efficiency, rows.values["efficiency"])
+    if pitch := far_from_pitch(rows.found, table.vehicle.propeller.pitch_ratio):
         what = (
             f"{pitch}: the speed or the shaft speed is in another unit, or the propeller another."
         )
         yield table.at(table.head).warning(what, "", _CHECK_SIGN)
     if check is None:
-        text = doubt(points)
-        if text:
+        if text := doubt(rows.found):
             yield table.at(table.head).warning(f"{text}", "", _CHECK_COLUMN)
         return
     if check.suspicion:
@@ -268,20 +283,9 @@ def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> 
             _CHECK_COLUMN,
         )
     if check.outliers:
-        odd = [used[index][0].row for index in check.outliers]
+        odd = rows.number[list(check.outliers)].tolist()
         what = f"the efficiency column does not follow from J, K_T and K_Q in {listed(odd)}."
         yield table.at(odd[0], "efficiency").warning(what)
-
-
-def _efficiency_check(used: Sequence[tuple[Reading, Coefficients]]) -> EfficiencyCheck | None:
-    stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
-    computed = [
-        efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
-        if found.thrust_coefficient is not None and found.torque_coefficient is not None
-        else math.nan
-        for _, found in used
-    ]
-    return check_efficiency(computed, stated)
 
 
 _CHECK_SIGN = (

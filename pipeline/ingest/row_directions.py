@@ -37,36 +37,26 @@ def directions_of(
     No signs where nothing tells a direction; an error where a column of that name holds two words
     that are not understood. `stated` is what vehicle.yaml says, `kind` its section.
     """
-    read = {column.index for column in block.columns.values()}
-    heads = block.sheet.cells(block.header_row) if block.header_row >= block.sheet.first_row else ()
-    low, high = block.span
-    for index, head in enumerate(heads):
-        if index in read or not isinstance(head, str) or not low <= index <= high:
+    for index, head in block.heads_not_read():
+        if stated is None:
+            found = _of_column(block, rows, index, head, kind)
+        elif plain(head) == plain(stated.header):
+            words = {plain(text) for text in stated.reverse}
+            texts = block.texts_in(rows, index)
+            signs = {row: -1 if plain(text) in words else 1 for row, text in texts.items()}
+            found = RowDirections(signs, index)
+        else:
             continue
-        names = {plain(head), *(plain(one.name) for one in split_header(head))}
-        is_named = bool(_section_sign(head)) or not _PLAIN_NAMES.isdisjoint(names)
-        if stated is None and not is_named and not _may_be_words(block, rows, index):
-            continue
-        texts = texts_in(block, rows, index)
-        if stated is not None:
-            if plain(head) == plain(stated.header):
-                words = {plain(text) for text in stated.reverse}
-                signs = {row: -1 if plain(text) in words else 1 for row, text in texts.items()}
-                return RowDirections(_filled(signs, rows), index)
-            continue
-        found = _of_column(block, index, head, texts, kind, is_named=is_named)
         if found is not None:
-            return replace(found, signs=_filled(found.signs, rows))
+            # a blank cell says what the one above says
+            signs, last = {}, 0
+            for row in rows:
+                last = found.signs.get(row, last)
+                signs |= {row: last} if last else {}
+            return replace(found, signs=signs)
     # within a load test these words are its branches, loading and unloading
     no_words = _BRANCHES if kind == "load_test" else frozenset()
     return RowDirections(_sections(block, rows, no_words), None)
-
-
-def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
-    """Tell whether the first filled cell of a column is a word or a sign."""
-    cells = (block.sheet.cell(row, index) for row in rows)
-    first = next((cell for cell in cells if cell is not None), None)
-    return isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
 
 
 def tells_direction(head: str, texts: Iterable[str]) -> bool:
@@ -76,29 +66,22 @@ def tells_direction(head: str, texts: Iterable[str]) -> bool:
     (True, False)
     """
     distinct = list(dict.fromkeys(map(_key, texts)))
-    courses = all(text in _COURSES for text in distinct)
-    return (
-        courses or plain(head) in _PLAIN_NAMES or _meaning(distinct, is_named=True)[0] is not None
-    )
-
-
-def texts_in(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
-    """Return what the filled cells of a column say, by row."""
-    texts: dict[int, str] = {}
-    for row in rows:
-        cell = block.sheet.cell(row, index)
-        if isinstance(cell, float) and not isinstance(cell, bool):
-            texts[row] = f"{cell:g}"
-        elif isinstance(cell, str):
-            texts[row] = cell.strip()
-    return texts
+    are_courses = plain(head) in _PLAIN_NAMES or _COURSES.issuperset(distinct)
+    return are_courses or _meaning(distinct, is_named=True)[0] is not None
 
 
 def _of_column(
-    block: Block, index: int, head: str, texts: Mapping[int, str], kind: str, *, is_named: bool
+    block: Block, rows: Sequence[int], index: int, head: str, kind: str
 ) -> RowDirections | None:
-    distinct = list(dict.fromkeys(_key(text) for text in texts.values()))
-    if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block_rows(block)):
+    names = {plain(head), *(plain(one.name) for one in split_header(head))}
+    is_named = bool(_section_sign(head)) or not _PLAIN_NAMES.isdisjoint(names)
+    first = next((one for row in rows if (one := block.sheet.cell(row, index)) is not None), None)
+    is_worded = isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
+    if not is_named and not is_worded:
+        return None
+    texts = block.texts_in(rows, index)
+    distinct = list(dict.fromkeys(map(_key, texts.values())))
+    if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block.rows_of_numbers()):
         return None
     # 1 is reverse in a column that is called so, ahead in one that is called that
     of_head = -_section_sign(head)
@@ -109,28 +92,30 @@ def _of_column(
     meaning, by_turn = _meaning(distinct, is_named=is_named)
     if truths:
         meaning, by_turn = {text: sign * of_head for text, sign in truths[0].items()}, False
-    letter = column_letter(index)
+    name, place = shorten(head), block.sheet.place(block.header_row, column_letter(index))
     if meaning is None:
-        if not is_named or len(distinct) < 2:
-            return None
-        return RowDirections({}, index, _unknown(block, letter, head, distinct, kind))
+        shown = ", ".join(f'"{shorten(text, 20)}"' for text in distinct)
+        unknown = place.error(
+            f'"{name}" parts the rows into {shown}; which of them is reverse is not known. So the '
+            "table was left out.",
+            "negative codes, or words such as forward and reverse.",
+            f"State it in vehicle.yaml:\n  columns:\n    {kind}:\n      direction: "
+            f'{{header: "{name}", reverse: ["..."]}}',
+        )
+        return RowDirections({}, index, unknown) if is_named and len(distinct) > 1 else None
     if -1 not in meaning.values():
         return None
-    signs = {row: meaning[_key(text)] for row, text in texts.items()}
     problem = None
     if by_turn:
         back = next(text for text in texts.values() if meaning[_key(text)] < 0)
-        what = (
-            f'"{shorten(head)}": "{shorten(back)}" is taken for reverse, that is for negative '
-            "codes; a left-handed screw pushes ahead with it."
-        )
-        remedy = (
+        problem = place.warning(
+            f'"{name}": "{shorten(back)}" is taken for reverse, that is for negative codes; a '
+            "left-handed screw pushes ahead with it.",
+            "",
             "If it is the other way round, state it in vehicle.yaml: columns: "
-            f'{{{kind}: {{direction: {{header: "{shorten(head)}", reverse: [...]}}}}}}.'
+            f'{{{kind}: {{direction: {{header: "{name}", reverse: [...]}}}}}}.',
         )
-        place = block.sheet.place(block.header_row, letter)
-        problem = place.warning(what, "", remedy)
-    return RowDirections(signs, index, problem)
+    return RowDirections({row: meaning[_key(text)] for row, text in texts.items()}, index, problem)
 
 
 def column_that_parts(block: Block, low: Sequence[int], high: Sequence[int]) -> str:
@@ -138,12 +123,8 @@ def column_that_parts(block: Block, low: Sequence[int], high: Sequence[int]) -> 
 
     Empty where there is none.
     """
-    used = {column.index for column in block.columns.values()}
-    heads = block.sheet.cells(block.header_row) if block.header_row >= block.sheet.first_row else ()
-    for index, head in enumerate(heads):
-        if index in used or not isinstance(head, str) or not head.strip():
-            continue
-        own, other = ({*texts_in(block, rows, index).values()} for rows in (low, high))
+    for index, head in block.heads_not_read():
+        own, other = ({*block.texts_in(rows, index).values()} for rows in (low, high))
         if own and other and own.isdisjoint(other) and len(own | other) <= 2 * _MOST_TEXTS:
             return shorten(head)
     return ""
@@ -157,44 +138,20 @@ def reverse_texts(block: Block, found: RowDirections) -> list[str]:
     return list(dict.fromkeys(str(cell).strip() for cell in cells if cell is not None))
 
 
-def block_rows(block: Block) -> list[int]:
-    """Return the rows of a table that hold a number in a column that is read."""
-    columns = [column.index for column in block.columns.values()]
-    return [
-        row
-        for row, cells in block.rows()
-        if any(index < len(cells) and is_number(cells[index]) for index in columns)
-    ]
-
-
 def _meaning(distinct: Sequence[str], *, is_named: bool) -> tuple[dict[str, int] | None, bool]:
     """Return the sign of each text, None where one is not understood; whether a turn tells it."""
-    for signs, by_turn in ((_WORDS, False), (_TURNING, True)):
-        if all(text in signs for text in distinct):
+    texts, by_words = set(distinct), {text: _section_sign(text) for text in distinct}
+    for signs, by_turn, is_told in (
+        (_WORDS, False, texts <= _WORDS.keys()),
+        (_TURNING, True, texts <= _TURNING.keys()),
+        *((one, False, texts == set(one)) for one in _LETTERS),
+        *((one, True, texts == set(one)) for one in _TURNS),
+        (by_words, False, all(by_words.values()) and (is_named or len({*by_words.values()}) > 1)),
+        *((one, True, is_named and texts < set(one)) for one in _TURNS),
+    ):
+        if is_told:
             return {text: signs[text] for text in distinct}, by_turn
-    if len(distinct) == 2:
-        for tables, by_turn in ((_LETTERS, False), (_TURNS, True)):
-            for letters in tables:
-                if set(distinct) == set(letters):
-                    return dict(letters), by_turn
-    by_words = {text: _section_sign(text) for text in distinct}
-    if all(by_words.values()) and (is_named or len({*by_words.values()}) > 1):
-        return by_words, False
-    for letters in _TURNS if is_named else ():
-        if set(distinct) < set(letters):
-            return {text: letters[text] for text in distinct}, True
     return None, False
-
-
-def _unknown(block: Block, letter: str, head: str, texts: Sequence[str], kind: str) -> Problem:
-    shown = ", ".join(f'"{shorten(text, 20)}"' for text in texts)
-    return block.sheet.place(block.header_row, letter).error(
-        f'"{shorten(head)}" parts the rows into {shown}; which of them is reverse is not known. So '
-        "the table was left out.",
-        "negative codes, or words such as forward and reverse.",
-        f"State it in vehicle.yaml:\n  columns:\n    {kind}:\n      direction: "
-        f'{{header: "{shorten(head)}", reverse: ["..."]}}',
-    )
 
 
 def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> dict[int, int]:
@@ -221,35 +178,22 @@ def _section_sign(text: str, no_words: frozenset[str] = frozenset()) -> int:
     return 0 if bool(ahead) == bool(back) else (1 if ahead else -1)
 
 
-def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
-    """Let a blank cell say what the one above says."""
-    filled: dict[int, int] = {}
-    last = 0
-    for row in rows:
-        last = signs.get(row, last)
-        if last:
-            filled[row] = last
-    return filled
-
-
 def with_signed_codes(table: Table) -> Iterator[Problem]:
     """Give codes the sign of their direction, where anything tells one.
 
     Codes that have signs already keep them, and rows in which the two contradict are named. The
     table is left out where a column parts the rows and nobody knows how.
     """
-    block = table.block
     codes = {one.row: one.values["code"] for one in table.readings if "code" in one.values}
     if codes:
         stated = getattr(table.vehicle.columns, table.kind).direction
-        found = directions_of(block, list(codes), stated, table.kind)
+        found = directions_of(table.block, list(codes), stated, table.kind)
         signs, unsigned = found.signs, min(codes.values()) >= 0.0
         unknown = found.problem is not None and found.problem.severity == "error"
         if found.problem is not None:
             yield found.problem
         if unsigned and not unknown:
-            told = "" if signs else _told_reverse(table)
-            if told:
+            if told := "" if signs else _told_reverse(table):
                 signs = dict.fromkeys(codes, -1)
                 by_turn = table.told_apart_by - _WORDS.keys()
                 say = table.place.warning if by_turn else table.place.note
@@ -257,20 +201,21 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
                     f'"{shorten(told)}" says reverse and no code is negative: codes were given a '
                     "minus."
                 )
-            table.readings = [
-                one.with_values(code=codes[one.row] * signs.get(one.row, 1))
-                if one.row in codes
-                else one
-                for one in table.readings
-            ]
-        elif not unknown:
-            wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
-            if wrong:
-                what = f"the direction and the sign of the code contradict in {listed(wrong)}."
-                letter = None if found.column is None else column_letter(found.column)
-                remedy = "Correct the rows, or rename the column if it is no direction of thrust."
-                place = block.sheet.place(wrong[0], letter)
-                yield place.warning(what, "one direction a row.", remedy)
+            table.change(
+                lambda one: (
+                    one.with_values(code=codes[one.row] * signs.get(one.row, 1))
+                    if one.row in codes
+                    else one
+                )
+            )
+        wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
+        if wrong and not unsigned:
+            letter = None if found.column is None else column_letter(found.column)
+            yield table.block.sheet.place(wrong[0], letter).warning(
+                f"the direction and the sign of the code contradict in {listed(wrong)}.",
+                "one direction a row.",
+                "Correct the rows, or rename the column if it is no direction of thrust.",
+            )
         table.must_go |= unknown and unsigned
     if table.must_go:
         table.is_left_out, table.readings = True, []

@@ -19,7 +19,6 @@ from pipeline.ingest.open_water_coefficients import (
     check_efficiency,
     coefficients,
     doubt,
-    efficiency,
 )
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle
@@ -27,6 +26,12 @@ from pipeline.vehicle.schema import Vehicle
 DENSITY = 1000.0
 DIAMETER = 0.2
 Rows = Sequence[Sequence[object]]
+
+
+def efficiency(j: float, kt: float, kq: float) -> float:
+    return float(Coefficients(*map(np.array, ([j], [kt], [kq]))).efficiency[0])
+
+
 J = (0.0, 0.2, 0.4, 0.6, 0.8)
 CURVES = tuple((j, 0.40 - 0.30 * j - 0.10 * j**2, 0.050 - 0.020 * j - 0.015 * j**2) for j in J)
 
@@ -338,7 +343,7 @@ def test_raw_values_and_coefficients_are_one(
         "thrust": kt * density * n**2 * diameter**4,
         "torque": kq * density * n**2 * diameter**5,
     }
-    found = coefficients(raw, density, diameter)
+    found = coefficients({k: np.array([v]) for k, v in raw.items()}, density, diameter)
     assert found.advance_ratio == pytest.approx(j)
     assert found.thrust_coefficient == pytest.approx(kt, abs=1e-12)
     assert found.torque_coefficient == pytest.approx(kq)
@@ -346,16 +351,16 @@ def test_raw_values_and_coefficients_are_one(
 
 @given(st.floats(0.5, 2.0), st.integers(1, 20))
 def test_the_efficiency_check_is_silent_only_near_one(ratio: float, rows: int) -> None:
-    check = check_efficiency([0.5 * ratio] * rows, [0.5] * rows)
+    check = check_efficiency(np.full(rows, 0.5 * ratio), np.full(rows, 0.5))
     assert check is not None
     assert (check.suspicion == "") == (abs(ratio - 1.0) <= 0.03)
     assert check.outliers == ()
 
 
 def test_nothing_to_compare() -> None:
-    assert check_efficiency([], []) is None
-    assert check_efficiency([math.nan, 0.5], [0.5, math.nan]) is None
-    assert doubt([Coefficients(0.5, 0.1, None)]) == ""
+    assert check_efficiency(np.array([]), np.array([])) is None
+    assert check_efficiency(np.array([math.nan, 0.5]), np.array([0.5, math.nan])) is None
+    assert doubt(Coefficients(*map(np.array, ([0.5], [0.1], [math.nan])))) == ""
     assert math.isnan(efficiency(0.5, 0.1, 0.0))
 
 
