@@ -1,7 +1,7 @@
 """The tables of a bench file with their readings, and what is wrong with the file."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -86,7 +86,12 @@ def read_bench_file(
         what = f"the file cannot be read ({type(error).__name__}: {reason(error, 60)})."
         problems.append(file.place.error(what, "", "Save it again in a spreadsheet program."))
         return
-    if _is_blank_form(sheets):
+    rows = [row for sheet in sheets for row in sheet.rows]
+    # saved as text, the heading may have been parted at its blanks
+    texts = (" ".join(cell for cell in row if isinstance(cell, str)) for row in rows)
+    if any(FORM_MARK in one for one in texts) and not any(
+        is_number(c) for row in rows for c in row
+    ):
         remedy = "Fill in rows under the units, or delete the file if there is no such test."
         problems.append(file.place.note("no data yet: the form is still blank.", "", remedy))
         file.is_blank = True
@@ -97,8 +102,10 @@ def read_bench_file(
         problems += given.problems
         sheet, search = _search_sheet(given, wanted)
         problems += search.problems
-        if not search.blocks and not search.problems and (instead := _instead(sheet)):
-            missed.append((sheet, instead))
+        if not search.blocks and not search.problems:
+            cells = sum(is_number(cell) for cells in sheet.rows for cell in cells)
+            bare = f"no column names over its {cells} numbers" if cells else ""
+            missed += [(sheet, one) for one in [names_seen(sheet) or bare] if one]
         for block in search.blocks:
             problems += [*_assumed_units(block, wanted), *_told_apart(block)]
             words = row_words(block, file.vehicle)
@@ -115,16 +122,6 @@ def read_bench_file(
         problems.append(_nothing(file.place, wanted, looked_for, missed))
 
 
-def _is_blank_form(sheets: Iterable[Sheet]) -> bool:
-    """Tell whether a file is a form without a single number in it."""
-    rows = [row for sheet in sheets for row in sheet.rows]
-    # saved as text, the heading may have been parted at its blanks
-    marked = any(
-        FORM_MARK in " ".join(cell for cell in row if isinstance(cell, str)) for row in rows
-    )
-    return marked and not any(is_number(cell) for row in rows for cell in row)
-
-
 def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     """Find the tables of a sheet; one that has its names in a column is turned first."""
     search = find_blocks(sheet, wanted)
@@ -139,13 +136,6 @@ def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     return turned, BlockSearch(found.blocks, (note, *found.problems))
 
 
-def _instead(sheet: Sheet) -> str:
-    if names := names_seen(sheet):
-        return names
-    numbers = sum(is_number(cell) for cells in sheet.rows for cell in cells)
-    return f"no column names over its {numbers} numbers" if numbers else ""
-
-
 def _nothing(
     place: Place, wanted: Wanted, looked_for: str, missed: Sequence[tuple[Sheet, str]]
 ) -> Problem:
@@ -157,9 +147,10 @@ def _nothing(
         instead if sheet.name is None else f'"{sheet.name}" has {instead}'
         for sheet, instead in missed
     )
-    what = f"no {looked_for} found on any sheet."
     return place.error(
-        f"no {looked_for} found on any sheet: {it_has}." if it_has else what,
+        f"no {looked_for} found on any sheet: {it_has}."
+        if it_has
+        else f"no {looked_for} found on any sheet.",
         "a row of column names over the numbers, in English or Russian.",
         f"Name the columns, or state them in vehicle.yaml by name or by letter:\n  columns:\n"
         f'    {wanted.kind}:\n      {wanted.required[0][0]}: {{header: "column A"}}',

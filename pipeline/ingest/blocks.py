@@ -252,13 +252,9 @@ def _at(cells: Row, index: int) -> Cell:
 
 
 def _same(cell: Cell, text: str) -> bool:
-    if cell is None:
-        return False
-    try:
-        wanted, found = parse_number(text), parse_number(cell)
-    except NotANumberError:
-        return " ".join(str(cell).casefold().split()) == " ".join(text.casefold().split())
-    return wanted == found
+    if is_number(cell) and is_number(text):
+        return parse_number(cell) == parse_number(text)
+    return cell is not None and str(cell).casefold().split() == text.casefold().split()
 
 
 def heading_text(cells: tuple[HeadingCell, ...]) -> str:

@@ -4,6 +4,7 @@ import functools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from pipeline.errors import Place, Problem
@@ -156,36 +157,28 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
         return cell  # nearly every cell of a workbook
     if isinstance(cell, bool):
         raise NotANumberError(f'"{str(cell).upper()}" is not a number')
-    if isinstance(cell, (int, float)):
-        return _finite(float(cell), str(cell))
-    number = _number_in(cell, unit_text)
+    number = (
+        _parse_text(cell, unit_text) if isinstance(cell, str) else _finite(float(cell), str(cell))
+    )
     if isinstance(number, str):
         raise NotANumberError(number)
     return number
 
 
 @functools.lru_cache(maxsize=65536)
-def _number_in(cell: str, unit_text: str | None) -> float | str | None:
+def _parse_text(cell: str, unit_text: str | None) -> float | str | None:
     """Return the number of a text, None where there is no value, or why it is none."""
-    try:
-        return _parse_text(cell, unit_text)
-    except NotANumberError as error:
-        return str(error)
-
-
-def _parse_text(cell: str, unit_text: str | None) -> float | None:
     text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip()
     if text.casefold() in _MISSING:
         return None
     if _SIGN_BEHIND.fullmatch(text):  # as book-keeping programs write it
         text = f"-{text[:-1]}"
     found = _NUMBER.match(text)
-    if found is None or not _unit_follows(text[found.end() :], unit_text):
-        if found is not None and text[found.end() :].strip() == "%":
-            raise NotANumberError(
-                f'"{shorten(cell)}" is in per cent, which the name of its column does not say'
-            )
-        raise NotANumberError(f'"{shorten(cell)}" is not a number')
+    rest = text if found is None else text[found.end() :].strip()
+    if found is None or (rest and not (unit_text and is_same_unit(rest, unit_text))):
+        if rest == "%":
+            return f'"{shorten(cell)}" is in per cent, which the name of its column does not say'
+        return f'"{shorten(cell)}" is not a number'
     body = found["body"].replace(" ", "")
     last = max(body.rfind("."), body.rfind(","))
     if body.count(".") + body.count(",") > 1 and body[last] in body[:last]:
@@ -196,21 +189,12 @@ def _parse_text(cell: str, unit_text: str | None) -> float | None:
     return _finite(float(f"{found['sign']}{body}{found['exponent'] or ''}"), cell)
 
 
-def _unit_follows(rest: str, unit_text: str | None) -> bool:
-    rest = rest.strip()
-    if not rest or unit_text is None:
-        return not rest
-    return is_same_unit(rest, unit_text)
-
-
-def _finite(value: float, text: str) -> float | None:
-    if math.isnan(value):
-        return None
+def _finite(value: float, text: str) -> float | str | None:
     if math.isinf(value):
-        raise NotANumberError(f'"{shorten(text)}" is not a finite number')
+        return f'"{shorten(text)}" is not a finite number'
     if abs(value) > MOST:
-        raise NotANumberError(f'"{shorten(text)}" is larger than any reading can be')
-    return value
+        return f'"{shorten(text)}" is larger than any reading can be'
+    return None if math.isnan(value) else value
 
 
 def unit_behind(cell: Cell) -> str | None:
@@ -230,10 +214,9 @@ def is_number(cell: Cell) -> bool:
     >>> is_number("1,5"), is_number("x"), is_number(None)
     (True, False, False)
     """
-    try:
+    with suppress(NotANumberError):
         return parse_number(cell) is not None
-    except NotANumberError:
-        return False
+    return False
 
 
 def is_text(cell: Cell) -> bool:
@@ -242,13 +225,7 @@ def is_text(cell: Cell) -> bool:
     >>> is_text("Torque"), is_text("1,5"), is_text("-")
     (True, False, False)
     """
-    if not isinstance(cell, str):
-        return False
-    try:
-        parse_number(cell)
-    except NotANumberError:
-        return True
-    return False
+    return isinstance(cell, str) and isinstance(_parse_text(cell, None), str)
 
 
 def are_spoilt(cells: Sequence[Cell]) -> bool:

@@ -1,6 +1,8 @@
 """Which of several columns holds a quantity: names, units and what the numbers say together."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -112,10 +114,12 @@ class ColumnChoice:
                 kept.append(match)
         best = {one.quantity: one for one in sorted(kept, key=lambda one: one.score)}
         dead = {name for name in _CHANNELS if name in best and faults[id(best[name])] == _ZERO}
-        for match in [one for one in kept if one.quantity in dead - self._wanted.mapping.keys()]:
-            self.not_used[match.index] = faults[id(match)] or "the channel of this is dead"
-            kept.remove(match)
-        self.matches = kept
+        self.matches = [
+            one for one in kept if one.quantity not in dead - self._wanted.mapping.keys()
+        ]
+        for match in kept:
+            if match not in self.matches:
+                self.not_used[match.index] = faults[id(match)] or "the channel of this is dead"
 
     def _is_symbol(self, match: Match) -> bool:
         return match.header.name.strip() in self._wanted.vocabulary[match.quantity].symbols
@@ -146,56 +150,43 @@ class ColumnChoice:
             return f"numbers up to {data.largest:g} {unit} are no pulse widths"
         return ""
 
-    def _unit_below(self, index: int) -> str | None:
-        for row in range(self._row + 1, min(self._row + 1 + _UNITS_ROWS, self._rows[1] + 1)):
-            cell = self._sheet.cell(row, index)
-            unit = read_unit_cell(cell) if isinstance(cell, str) else None
-            if unit is not None:
-                return unit
-        return next(iter(self._sheet.units_shown(index, self._rows)), None)
-
     def _with_electrical_speed(self) -> None:
         """Take no electrical speed for the shaft's, unless the stand says that it converted it."""
         electrical = [match for match in self.matches if match.quantity == ELECTRICAL]
         self.matches = [match for match in self.matches if match.quantity != ELECTRICAL]
         names = {plain(str(cell)) for cell in self._sheet.cells(self._row) if cell is not None}
         by_stand = any(name.startswith("motor optical speed") for name in names)
+        kind = self._wanted.kind
         for match in electrical:
+            place = self._sheet.place(self._row, column_letter(match.index))
+            header = shorten(match.text)
             if any(other.quantity == "shaft_speed" for other in self.matches):
                 self.not_used[match.index] = "another column holds the speed of the shaft"
             elif by_stand:
                 self.matches.append(replace(match, quantity="shaft_speed"))
                 what = (
-                    f'shaft speed is read from "{shorten(match.text)}": the stand has divided it '
+                    f'shaft speed is read from "{header}": the stand has divided it '
                     "by the pole pairs that were set there, and measured no other speed."
                 )
-                place = self._sheet.place(self._row, column_letter(match.index))
                 self.problems.append(place.note(what))
             else:
                 self.not_used[match.index] = "the pole pairs of the motor are not stated"
-                self.problems.append(self._pole_pairs_wanted(match))
-
-    def _pole_pairs_wanted(self, match: Match) -> Problem:
-        needed = any("shaft_speed" in group for group in self._wanted.required)
-        header = shorten(match.text)
-        return Problem(
-            "error" if needed and self._wanted.kind == "load_test" else "warning",
-            self._sheet.place(self._row, column_letter(match.index)),
-            f'"{header}" is the speed of the motor\'s field, which is that of the shaft times its '
-            "pole pairs; it was not read.",
-            "the speed of the shaft, or the number of pole pairs.",
-            f"State it in vehicle.yaml:\n  columns:\n    {self._wanted.kind}:\n      shaft_speed: "
-            f'{{header: "{header}", unit: rpm, pole_pairs: ...}}',
-        )
+                say = place.error if kind == "load_test" else place.warning
+                self.problems.append(
+                    say(
+                        f'"{header}" is the speed of the motor\'s field, which is that of the '
+                        "shaft times its pole pairs; it was not read.",
+                        "the speed of the shaft, or the number of pole pairs.",
+                        f"State it in vehicle.yaml:\n  columns:\n    {kind}:\n      shaft_speed: "
+                        f'{{header: "{header}", unit: rpm, pole_pairs: ...}}',
+                    )
+                )
 
     def _has_tables_beside(self) -> bool:
         """Tell whether whole tables stand side by side: everything that a table needs is twice."""
-        counts = []
-        for group in self._wanted.required:
-            own = [match for match in self.matches if match.quantity in group]
-            names = [_stem(match) for match in own]
-            counts.append(max((names.count(name) for name in names), default=0))
-        return min(counts, default=0) > 1
+        stems = [(one.quantity, _stem(one)) for one in self.matches]
+        counts = [Counter(stem for name, stem in stems if name in g) for g in self._wanted.required]
+        return all(one and max(one.values()) > 1 for one in counts)
 
     def _choose(self, quantity: str) -> None:
         """Explain every second column of a quantity by the first, or refuse the table."""
@@ -244,8 +235,11 @@ class ColumnChoice:
         left: list[int] = []
         for at in order:
             match = candidates[at]
-            lead = self._lead(candidates, numbers, order[0], at)
             first = candidates[order[0]]
+            ratio = ratio_of(numbers[order[0]], numbers[at])
+            lead = self._clarity(first) - self._clarity(match)
+            if ratio is not None and ratio.spread <= 2 * _SAME:
+                lead = first.score - match.score  # numbers in proportion weigh alike
             same = (
                 self._same_reading(candidates[one], match, (numbers[one], numbers[at]))
                 for one in left
@@ -267,15 +261,6 @@ class ColumnChoice:
         unit_due = self._wanted.vocabulary[match.quantity].unit_kind is not None
         return unit_due and self._unit(match) is None
 
-    def _lead(
-        self, candidates: Sequence[Match], numbers: Sequence[FloatArray], first: int, at: int
-    ) -> int:
-        """Return by how much the first column leads another; numbers in proportion weigh alike."""
-        found = ratio_of(numbers[first], numbers[at])
-        if found is not None and found.spread <= 2 * _SAME:
-            return candidates[first].score - candidates[at].score
-        return self._clarity(candidates[first]) - self._clarity(candidates[at])
-
     def _commands_agree(self) -> None:
         """Refuse codes and pulse widths that do not go together; a letter alone is no command."""
         pulses = [match for match in self.matches if match.quantity == "pwm"]
@@ -295,11 +280,11 @@ class ColumnChoice:
                 return
 
     def _go_together(self, first: Match, second: Match) -> bool:
-        one, two = self._numbers(first).values, self._numbers(second).values
-        both = np.isfinite(one) & np.isfinite(two)
-        if both.sum() < _LEAST_COMMANDS or not np.ptp(one[both]) or not np.ptp(two[both]):
+        pairs = np.stack([self._numbers(first).values, self._numbers(second).values])
+        pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
+        if pairs.shape[1] < _LEAST_COMMANDS or not np.ptp(pairs, axis=1).all():
             return True
-        return float(np.corrcoef(one[both], two[both])[0, 1]) > _TOGETHER
+        return float(np.corrcoef(*pairs)[0, 1]) > _TOGETHER
 
     def _same_reading(
         self, kept: Match, match: Match, numbers: tuple[FloatArray, FloatArray]
@@ -318,17 +303,18 @@ class ColumnChoice:
         return ""
 
     def _unit(self, match: Match) -> str | None:
-        return match.header.unit or self._unit_below(match.index)
+        rows = range(self._row + 1, min(self._row + 1 + _UNITS_ROWS, self._rows[1] + 1))
+        cells = (self._sheet.cell(row, match.index) for row in rows)
+        below = (read_unit_cell(cell) for cell in cells if isinstance(cell, str))
+        shown = self._sheet.units_shown(match.index, self._rows)
+        return next(filter(None, (match.header.unit, *below, *shown)), None)
 
     def _in_record_unit(self, match: Match) -> FloatArray:
-        values = self._numbers(match).values
         unit, kind = self._unit(match), self._wanted.vocabulary[match.quantity].unit_kind
-        if unit is None or kind is None:
-            return values
-        try:
-            return np.asarray(values * factor(unit, kind))
-        except UnitTextError:
-            return values
+        worth = 1.0
+        with suppress(UnitTextError):
+            worth = factor(unit, kind) if unit and kind else 1.0
+        return np.asarray(self._numbers(match).values * worth)
 
     def _tie(self, quantity: str, matches: Sequence[Match]) -> Problem:
         """Refuse a table whose quantity several columns may hold, and say what each would give."""

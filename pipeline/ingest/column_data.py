@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -57,7 +58,9 @@ def meaning_of_signs(
     sign = signs.pop()
     if sign in _decimal_signs(own):
         return "decimals"
-    elsewhere = set(_decimal_signs(_cells_beside(sheet, index, rows)))
+    others = (sheet.cells(row) for row in range(rows[0], rows[1] + 1))
+    beside = (cell for cells in others for at, cell in enumerate(cells) if at != index)
+    elsewhere = set(_decimal_signs(beside))
     by_neighbours = _by_neighbours(own)
     meaning: Meaning = "decimals"
     if elsewhere and sign not in elsewhere:
@@ -93,13 +96,6 @@ def _decimal_signs(cells: Iterable[Cell]) -> Iterator[str]:
             yield _sign(cell)
 
 
-def _cells_beside(sheet: Sheet, index: int, rows: tuple[int, int]) -> Iterator[Cell]:
-    for row in range(rows[0], rows[1] + 1):
-        for at, cell in enumerate(sheet.cells(row)):
-            if at != index:
-                yield cell
-
-
 def _by_neighbours(cells: Sequence[Cell]) -> Meaning | None:
     """Tell from the steps between plain numbers and those with a sign; None where there are none.
 
@@ -125,15 +121,14 @@ def _by_neighbours(cells: Sequence[Cell]) -> Meaning | None:
 
 
 def _sizes(cells: Iterable[Cell]) -> list[float]:
-    sizes: list[float] = []
-    for cell in cells:
-        try:
-            number = parse_number(cell)
-        except NotANumberError:
-            continue
-        if number is not None:
-            sizes.append(abs(number))
-    return sizes
+    return [abs(one) for one in map(_number_or_nan, cells) if not math.isnan(one)]
+
+
+def _number_or_nan(cell: Cell) -> float:
+    with suppress(NotANumberError):
+        number = parse_number(cell)
+        return math.nan if number is None else number
+    return math.nan
 
 
 @dataclass(frozen=True)
@@ -192,14 +187,8 @@ class ColumnData:
 def read_column(sheet: Sheet, index: int, rows: tuple[int, int]) -> ColumnData:
     """Read the numbers of a column from the first to the last of these rows."""
     parted = meaning_of_signs(sheet, index, rows, "", 1.0) == "thousands"
-    values: list[float] = []
-    for cell in sheet.column(index, rows):
-        try:
-            number = parse_number(without_thousands(cell) if parted else cell)
-        except NotANumberError:
-            number = None
-        values.append(np.nan if number is None else number)
-    return ColumnData(np.array(values))
+    cells = (without_thousands(cell) if parted else cell for cell in sheet.column(index, rows))
+    return ColumnData(np.array([*map(_number_or_nan, cells)]))
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import functools
 import re
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from pipeline.errors import Problem
@@ -104,8 +105,8 @@ def _blocks_of_header(  # noqa: PLR0917  one caller
     last_of_all = row
     for number, group in enumerate(groups):
         required = [name for part in wanted.required for name in part if name in group]
-        first = _first_data_row(sheet, row, [group[name].index for name in required], following)
-        if first is None:
+        span = _rows_of_data(sheet, row, following, [group[name].index for name in required])
+        if span is None:
             problems.append(
                 sheet.place(row).warning(
                     "there are column names but no numbers under them.",
@@ -114,10 +115,7 @@ def _blocks_of_header(  # noqa: PLR0917  one caller
                 )
             )
             continue
-        # What stands over the next table belongs to that one.
-        last = following - 1
-        if following <= sheet.last_row:
-            last = _end_of_data(sheet, first, following, [group[name].index for name in required])
+        first, last = span
         low, after = starts[number : number + 2]
         high = after - 1
         rows = HeadRows(free_from, row, first, last)
@@ -197,27 +195,25 @@ def _best(matches: Sequence[Match]) -> dict[str, Match]:
     return best
 
 
-def _first_data_row(sheet: Sheet, row: int, columns: Sequence[int], following: int) -> int | None:
-    """Return the first row under the names with a number in a required column.
+def _rows_of_data(
+    sheet: Sheet, row: int, following: int, needed: Sequence[int]
+) -> tuple[int, int] | None:
+    """Return the first and last row under the names with numbers in the columns that are needed."""
 
-    Rows right before it whose cells are numbers with something added are readings, too.
-    """
-    for at in range(row + 1, min(following, sheet.last_row + 1)):
-        if any(is_number(sheet.cell(at, column)) for column in columns):
-            first = at
-            while first - 1 > row and are_spoilt([sheet.cell(first - 1, one) for one in columns]):
-                first -= 1
-            return first
-    return None
+    def count(at: int) -> int:
+        return sum(is_number(sheet.cell(at, one)) for one in needed)
 
-
-def _end_of_data(sheet: Sheet, first: int, following: int, columns: Sequence[int]) -> int:
-    """Return the last row of numbers before the next table's headings."""
-    for at in range(following - 1, first, -1):
-        numbers = sum(is_number(sheet.cell(at, column)) for column in columns)
-        if numbers > len(columns) // 2:
-            return at
-    return first
+    first = next((at for at in range(row + 1, following) if count(at)), None)
+    if first is None:
+        return None
+    last = following - 1
+    if following <= sheet.last_row:  # what stands over the next table belongs to that one
+        own = range(last, first, -1)
+        last = next((at for at in own if count(at) > len(needed) // 2), first)
+    # those right before it whose cells are numbers with something added are readings, too
+    while first - 1 > row and are_spoilt([sheet.cell(first - 1, one) for one in needed]):
+        first -= 1
+    return first, last
 
 
 def odd_letters(texts: Iterable[str]) -> str:
@@ -232,15 +228,15 @@ def odd_letters(texts: Iterable[str]) -> str:
     for text in texts:
         for word in _WORD.findall(text):
             latin, cyrillic = _LATIN.findall(word), _CYRILLIC.findall(word)
-            if not latin or not cyrillic:
-                continue
-            few = "".join(dict.fromkeys(cyrillic if len(latin) >= len(cyrillic) else latin))
-            if len(latin) >= len(cyrillic):
+            if cyrillic and len(latin) >= len(cyrillic):
+                few = "".join(dict.fromkeys(cyrillic))
                 return f'In "{word}" Cyrillic letters ({few}) stand among Latin ones'
-            return f'In "{word}" Latin letters ({few}) stand among Cyrillic ones'
+            if latin and cyrillic:
+                few = "".join(dict.fromkeys(latin))
+                return f'In "{word}" Latin letters ({few}) stand among Cyrillic ones'
     for encoding in _OLD_ENCODINGS:
         read = [_read_as(text, encoding) for text in texts]
-        if sum(_lower_cyrillic(text) for text in read) > sum(map(_lower_cyrillic, texts)):
+        if sum(map(_lower_cyrillic, read)) > sum(map(_lower_cyrillic, texts)):
             shown = ", ".join(f'"{text}"' for text in read[:4])
             name = encoding.replace("_", "-").upper()
             return f"In the encoding {name} they would be {shown}: save the file as UTF-8"
@@ -248,10 +244,9 @@ def odd_letters(texts: Iterable[str]) -> str:
 
 
 def _read_as(text: str, encoding: str) -> str:
-    try:
+    with suppress(UnicodeError):
         return text.encode("cp1251").decode(encoding)
-    except UnicodeError:
-        return text
+    return text
 
 
 def _lower_cyrillic(text: str) -> int:

@@ -76,7 +76,7 @@ def _points(
                 voltage_v=one.values.get("voltage", table.nominal_voltage_v),
                 current_a=one.values.get("current"),
                 sweep=table.sense or sweep,
-                marks=marks or ("zero reading",) * (codes[at] == 0.0),
+                marks=marks or ("zero reading",) * bool(codes[at] == 0.0),
             )
         )
     return tuple(points)

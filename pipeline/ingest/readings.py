@@ -49,7 +49,8 @@ def readings_of(
         if row in headings:
             held = {}
             continue
-        commented = is_commented(cells)
+        mark = _mark(block, cells)
+        commented = mark == COMMENTED
         given = without_comment_mark(cells) if commented else cells
         values, faults = _row_numbers(block, row, given)
         held |= {name: values[name] for name in given_once & values.keys()}
@@ -60,7 +61,6 @@ def readings_of(
             continue  # a heading, a note or a blank row
         seen |= set(values)
         complete = all(any(name in values for name in group) for group in required)
-        mark = COMMENTED if commented else STATISTICS if _is_statistics(block, cells) else ""
         if complete:
             readings.append(Reading(row, values, (mark,) if mark else ()))
         if mark:
@@ -116,21 +116,21 @@ def _marked_rows(block: Block, marked: Mapping[str, Sequence[int]]) -> Iterator[
         yield block.place(rows[0]).warning(what, "readings alone.", remedy)
 
 
-def _is_statistics(block: Block, cells: Row) -> bool:
-    """Tell whether the first filled cell of a row within the table is a word such as "mean"."""
+def _mark(block: Block, cells: Row) -> str:
+    """Return the mark of a row whose first cell says that it is no reading; empty of others."""
+    if is_commented(cells):
+        return COMMENTED
     low, high = block.span
     first = next((cell for cell in cells[low : high + 1] if cell is not None), None)
-    return isinstance(first, str) and plain(first) in _SUMS
+    return STATISTICS if isinstance(first, str) and plain(first) in _SUMS else ""
 
 
-def _mark_sums(readings: list[Reading]) -> list[int]:
-    """Mark the rows that sum up a table under it, whatever they are called, and return them."""
-    found: list[int] = []
+def _mark_sums(readings: list[Reading]) -> Iterator[int]:
+    """Mark the rows that sum up a table under it, whatever they are called; yield their numbers."""
     for at in range(max(len(readings) - _MOST_SUMS, 0), len(readings)):
         if not readings[at].marks and _sums_up(readings[:at], readings[at].values):
             readings[at] = readings[at].marked(STATISTICS)
-            found.append(readings[at].row)
-    return found
+            yield readings[at].row
 
 
 def _sums_up(above: Sequence[Reading], values: Mapping[str, float]) -> bool:

@@ -98,7 +98,12 @@ class Repeats:
             seen = here if one.marks else self._rows.setdefault(_key(one), here)
             if self._which == "above":  # then the rows before count no more
                 self._rows = {_key(one): here}
-            if seen != here and (self._which == "folder" or _is_telling(one)):
+            # of few quantities, or at rest, equal readings are nothing odd
+            values = one.values
+            at_rest = 0.0 in {values.get(name) for name in ("code", "advance_ratio", "speed")}
+            least = _LEAST_QUANTITIES - ("advance_ratio" in values)
+            is_telling = len(values) >= least and not at_rest
+            if seen != here and (self._which == "folder" or is_telling):
                 repeated.setdefault(seen[0], []).append(one.row)
                 table.readings[at] = one.marked(_COPY)
         for first, rows in repeated.items():
@@ -112,17 +117,6 @@ class Repeats:
             severity: Literal["warning", "note"] = "warning" if is_warning else "note"
             remedy = "If the whole sheet is a copy, delete it." if whole else ""
             table.problems.append(Problem(severity, table.at(rows[0]), what, "", remedy))
-
-
-def _is_telling(reading: Reading) -> bool:
-    """Tell whether a row that repeats another was written twice, not measured twice.
-
-    Of few quantities, or at rest, equal readings are nothing odd.
-    """
-    values = reading.values
-    at_rest = 0.0 in {values.get(name) for name in ("code", "advance_ratio", "speed")}
-    least = _LEAST_QUANTITIES - ("advance_ratio" in values)
-    return len(values) >= least and not at_rest
 
 
 def _codes_twice(table: Table, earlier: Sequence[Table]) -> None:

@@ -56,7 +56,10 @@ def settle(table: Table) -> Iterator[Problem]:
     for first, last in runs:
         step = values[first:last]
         start = first + _settled_from(step, scale)
-        if _still_moves(step, scale):
+        third = max(1, len(step) // 3)
+        moved = abs(float(np.mean(step[-third:]) - np.mean(step[-2 * third : -third or None])))
+        noise = noise_of(step[len(step) // 2 :])
+        if len(step) > 1 and moved > max(_MOVING * scale, 3.0 * noise):
             moving.append(readings[live[first]].row)
             start = max(start, last - max(2, len(step) // _LAST_SHARE))
         for at in live[first:last]:
@@ -103,7 +106,9 @@ def settle_loads(table: Table) -> Iterator[Problem]:
         for part in _stretches(_rests(own[:, 0] / scale[0], period_s), period_s):
             at = [live[first + index] for index in part]
             steady += len(at)
-            as_step = _is_step(own[part] / scale)
+            # a slow ramp is no step
+            parts = [one.mean(axis=0) for one in np.array_split(own[part] / scale, _LEAST_ROWS)]
+            as_step = bool((np.ptp(parts, axis=0) <= 2.0 * _TOLERANCE).all())
             steps += as_step
             for index in at:
                 done[index] = readings[index].marked(*[_AVERAGED] * as_step)
@@ -159,12 +164,6 @@ def _stretches(rests: BoolArray, period_s: float) -> list[IntArray]:
     return [part for part in parts if len(part) >= max(_LEAST_ROWS, 2.0 * _WINDOW_S / period_s)]
 
 
-def _is_step(shares: FloatArray) -> bool:
-    """Tell whether a stretch of steady rows is a step, no slow ramp."""
-    parts = [part.mean(axis=0) for part in np.array_split(shares, _LEAST_ROWS)]
-    return bool((np.ptp(parts, axis=0) <= 2.0 * _TOLERANCE).all())
-
-
 def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:
     """Tell whether most steps begin away from their end: repeated readings do not."""
     scale = float(np.max(np.abs(values)))
@@ -201,15 +200,6 @@ def noise_of(values: FloatArray) -> float:
     if len(values) < _LEAST_ROWS:
         return 0.0
     return float(np.median(np.abs(np.diff(values, 2)))) / (0.6745 * 6**0.5)
-
-
-def _still_moves(step: FloatArray, scale: float) -> bool:
-    if len(step) < 2:
-        return False
-    third = max(1, len(step) // 3)
-    end, before = step[-third:], step[-2 * third : -third]
-    moved = abs(float(np.mean(end)) - float(np.mean(before)))
-    return moved > max(_MOVING * scale, 3.0 * noise_of(step[len(step) // 2 :]))
 
 
 def _mean(readings: Sequence[Reading]) -> Reading:
