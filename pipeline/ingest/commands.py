@@ -44,11 +44,8 @@ def command_in_codes(table: Table) -> Iterator[Problem]:
     scale = 1.0
     if "code" in table.block.columns:
         codes = [(one.row, one.values["code"]) for one in table.live() if "code" in one.values]
-        scale, note = _command_scale(table, [code for _, code in codes])
-        if note is not None:
-            yield note
-        elif not parts_of_whole(table.block.columns["code"].unit):
-            yield from _fractional_codes(table, codes)
+        scale, said = _command_scale(table, codes)
+        yield from said
 
     def with_code(one: Reading) -> Reading:
         if "code" in one.values:
@@ -61,34 +58,47 @@ def command_in_codes(table: Table) -> Iterator[Problem]:
     table.change(with_code)
 
 
-def _command_scale(table: Table, codes: Sequence[float]) -> tuple[float, Problem | None]:
+def _command_scale(
+    table: Table, codes: Sequence[tuple[int, float]]
+) -> tuple[float, tuple[Problem, ...]]:
     """Return what a number of the code column is worth in codes, and what was assumed of it.
 
     1 where the column counts codes, else what its per cent or its share of full throttle is, of
-    the code at full command.
+    the code at full command. `codes` are (row, code).
     """
     column, code_max = table.block.columns["code"], table.vehicle.drive.code_max
-    place = table.at(table.head, "code")
-    largest = max((abs(code) for code in codes), default=0.0)
-    fractions = any(not code.is_integer() for code in codes)
+    place, header = table.at(table.head, "code"), shorten(column.header)
+    largest = max((abs(code) for _, code in codes), default=0.0)
+    odd = [(row, code) for row, code in codes if not code.is_integer()]
     throttle = any(plain(word) in plain(column.header).split() for word in _THROTTLE)
-    header = shorten(column.header)
     if whole := parts_of_whole(column.unit):
         if not 0.0 < largest <= 1.0:
-            return code_max / whole, percent_note(place, code_max, whole)
-        return float(code_max), place.warning(
+            return code_max / whole, (percent_note(place, code_max, whole),)
+        problem = place.warning(
             f"code is in per cent, but no value is above {largest:g}: these look like shares, "
             f"as a cell that shows 100 % holds 1. So 1 is taken for code {code_max}.",
             "numbers up to 100, or a code column without % in its name.",
             "Write 25 in place of 25 %, and format the cells as plain numbers.",
         )
-    if 0.0 < largest <= 1.0 < code_max and (fractions or throttle):
+        return float(code_max), (problem,)
+    if 0.0 < largest <= 1.0 < code_max and (odd or throttle):
         what = f'"{header}" has no number above {largest:g}: shares of full throttle, 1 is code '
-        return float(code_max), place.note(f"{what}{code_max}.")
+        return float(code_max), (place.note(f"{what}{code_max}."),)
     if throttle and largest == 100.0 != code_max:
         what = f'"{header}" ends at 100: per cent of full throttle, code {code_max}.'
-        return code_max / 100.0, place.warning(what)
-    return 1.0, None
+        return code_max / 100.0, (place.warning(what),)
+    if not odd:
+        return 1.0, ()
+    # often a current or a share
+    values = ", ".join(f"{code:g}" for code in sorted({code for _, code in odd})[:6])
+    problem = table.at(odd[0][0], "code").warning(
+        f"code {values}: a control code is a whole number. The {len(odd)} points are "
+        "fitted at the codes as they stand.",
+        "whole numbers, as the drive is sent them, or a share with % in the column's name.",
+        "Correct the codes, write % into the name, or state the right column in vehicle.yaml "
+        f"under columns: {table.kind}: code.",
+    )
+    return 1.0, (problem,)
 
 
 def percent_note(place: Place, code_max: int, whole: int = 100) -> Problem:
@@ -96,20 +106,6 @@ def percent_note(place: Place, code_max: int, whole: int = 100) -> Problem:
     if whole == 1000:
         return place.note(f"code is in per mille: 1000 ‰ is taken for code {code_max}.")
     return place.note(f"code is in per cent: 100 % is taken for code {code_max}.")
-
-
-def _fractional_codes(table: Table, codes: Sequence[tuple[int, float]]) -> Iterator[Problem]:
-    """Warn of a code column with fractions, (row, code): it is often a current or a share."""
-    odd = [(row, code) for row, code in codes if not code.is_integer()]
-    if odd:
-        values = ", ".join(f"{code:g}" for code in sorted({code for _, code in odd})[:6])
-        yield table.at(odd[0][0], "code").warning(
-            f"code {values}: a control code is a whole number. The {len(odd)} points are "
-            "fitted at the codes as they stand.",
-            "whole numbers, as the drive is sent them, or a share with % in the column's name.",
-            "Correct the codes, write % into the name, or state the right column in vehicle.yaml "
-            f"under columns: {table.kind}: code.",
-        )
 
 
 def codes_in_range(table: Table) -> Iterator[Problem]:
