@@ -163,44 +163,41 @@ def tell_codes(tables: Sequence[Table], path: Path) -> None:
 
 
 def _tell_code(table: Table, path: Path) -> None:
-    """Tell the code of a table, and where it was found."""
-    block, code_max = table.block, table.vehicle.drive.code_max
-    name, heading = block.sheet.name, _code_in(block.above)  # the nearest goes first
+    """Tell the code of a table, and where it was found: what is nearest goes first."""
+    block, code_max, name = table.block, table.vehicle.drive.code_max, table.block.sheet.name
+    table.code_from = "pulse width column" if "pwm" in block.columns else "not stated"
+    if "code" in block.columns:
+        table.code_from = "code column"
+    if table.code_from != "not stated":
+        return
     in_name = None if name is None else code_in_text(name, alone=True)
-    if "code" in block.columns or "pwm" in block.columns:
-        table.code_from = "code column" if "code" in block.columns else "pulse width column"
-    elif heading is not None:
-        table.code, table.code_from = _in_codes(table, heading), "table heading"
-        if in_name is not None and abs(in_name.in_codes(code_max)) != abs(table.code):
-            what = (
-                f"the heading says code {table.code:g}, the sheet's name "
-                f"{in_name.in_codes(code_max):g}; the heading was used."
-            )
-            remedy = "Correct the heading or the name."
-            table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
-    elif in_name is not None:
-        table.code, table.code_from = _with_sign(table, in_name), "sheet name"
-    elif (in_file := code_in_text(path.stem)) is not None:
-        table.code, table.code_from = _with_sign(table, in_file), "file name"
-    else:
-        table.code_from = "not stated"
-
-
-def _in_codes(table: Table, code: CodeText) -> float:
-    code_max = table.vehicle.drive.code_max
+    places = {"table heading": _code_in(block.above), "sheet name": in_name}
+    places["file name"] = code_in_text(path.stem)
+    code = next((one for one in places.values() if one is not None), None)
+    if code is None:
+        return
+    table.code_from = next(where for where, one in places.items() if one is code)
+    table.code = code.in_codes(code_max)
     if code.percent:
         table.problems.append(percent_note(table.at(table.head), code_max))
-    return code.in_codes(code_max)
+    if table.code_from != "table heading":
+        table.code = _with_sign(table, code, table.code)
+    elif in_name is not None and abs(in_name.in_codes(code_max)) != abs(table.code):
+        what = (
+            f"the heading says code {table.code:g}, the sheet's name "
+            f"{in_name.in_codes(code_max):g}; the heading was used."
+        )
+        remedy = "Correct the heading or the name."
+        table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
 
 
-def _with_sign(table: Table, code: CodeText) -> float:
+def _with_sign(table: Table, code: CodeText, whole: float) -> float:
     """Take a hyphen before the number for a minus where the speed is negative throughout."""
-    whole = _in_codes(table, code)
     if not code.doubtful_sign:
         return whole
     column = table.block.columns["shaft_speed"]
-    speeds = [cells[column.index] for _, cells in table.block.rows() if column.index < len(cells)]
-    numbers = [parse_number(cell) or 0.0 for cell in speeds if is_number(cell)]
+    cells = table.block.sheet.column(column.index, (table.block.first_row, table.block.last_row))
+    numbers = [parse_number(cell) or 0.0 for cell in cells if is_number(cell)]
     negative = bool(numbers) and max(number * column.sign for number in numbers) <= 0.0
     value = -whole if negative else whole
     what = (

@@ -164,15 +164,15 @@ def _beyond(table: Table, row: IntArray, found: Coefficients) -> list[tuple[str,
     far = np.abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO
     # where many are, the column is another quantity, and what is small of it is no better
     none_is_sound = bool(large.sum() > _MOST_LARGE * len(large))
-    whole = "the table was " if none_is_sound else ""
-    wide = f"K_T or K_Q beyond any propeller in {listed(row[large].tolist())}; {whole}left out."
+    rows = listed(row[large].tolist())
+    what = f"K_T or K_Q beyond any propeller in {rows}; left out."
+    if none_is_sound:
+        what = f"K_T or K_Q beyond any propeller in {rows}; the table was left out."
     expected = "K_T = T / (rho n^2 D^4), K_Q = Q / (rho n^2 D^5); no thrust loading C_Th."
-    fast = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(row[far].tolist())}"
+    rows = listed(row[far].tolist())
+    fast = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {rows}; left out."
     remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
-    for wrong, said in (
-        (large, (wide, expected, _CHECK_COLUMN)),
-        (far, (f"{fast}; left out.", "", remedy)),
-    ):
+    for wrong, said in ((large, (what, expected, _CHECK_COLUMN)), (far, (fast, "", remedy))):
         if wrong.any():
             table.problems.append(table.at(int(row[np.argmax(wrong)])).warning(*said))
     return [
