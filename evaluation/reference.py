@@ -85,10 +85,10 @@ neutral:
     rig2sea simulate mmt300 --manoeuvre zig_zag --effect current:north_mps=0.2 \\
         --effect thruster_degraded:thrust_fraction=0.6@upper --to run.mcap
 
-Ranges are the plausible ones; `rig2sea effects --json` also has the possible ones, beyond which
-values are refused. `rig2sea effects VEHICLE` says which effects a vehicle can have. *Shows in* are
-the channels in which the effect acts first: velocities u v w, rates p q r, attitude phi theta psi,
-depth z, position x y.
+Ranges are the plausible ones of a vehicle of 100 kg; masses, forces, areas and places grow with the
+vehicle. `rig2sea effects VEHICLE` says which effects a vehicle can have, with its ranges; `--json`
+also has the possible values, beyond which they are refused. *Shows in* are the channels in which
+the effect acts first: velocities u v w, rates p q r, attitude phi theta psi, depth z, position x y.
 
 """
 

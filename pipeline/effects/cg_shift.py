@@ -49,6 +49,7 @@ def _shift(name: str, direction: str) -> Parameter:
         unit="m",
         neutral=0.0,
         plausible=(-0.05, 0.05),
+        grows=1,
         meaning=f"shift of the centre of mass, {direction}",
         possible=(-10.0, 10.0),
     )

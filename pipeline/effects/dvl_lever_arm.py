@@ -24,6 +24,7 @@ def _coordinate(name: str, direction: str) -> Parameter:
         unit="m",
         neutral=0.0,
         plausible=(-0.5, 0.5),
+        grows=1,
         meaning=f"true minus stated place of the DVL, {direction}",
         possible=(-50.0, 50.0),
     )

@@ -13,6 +13,8 @@ from pipeline.types import FloatArray
 
 Where = slice | EllipsisType
 
+#: Mass of the vehicle that plausible ranges are stated for.
+_OF_MASS_KG = 100.0
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -51,6 +53,8 @@ class Parameter:
     `plausible` is where the number lies when the effect is at work on a real vehicle, so it need
     not hold the neutral value. Outside `possible` the number has no meaning and is refused.
     `ordinary` is the standard deviation on healthy vehicles of what no vehicle file states.
+    `plausible` is stated for a vehicle of 100 kg and `grows` with its length to this power.
+    Where it is known `together_with` another parameter, neither is without the other.
     """
 
     name: str
@@ -60,6 +64,16 @@ class Parameter:
     meaning: str
     possible: tuple[float, float] = (-math.inf, math.inf)
     ordinary: float = 0.0
+    grows: int = 0
+    together_with: str = ""
+
+    def on(self, context: "EffectContext") -> "Parameter":
+        """Return the parameter with what is plausible on a vehicle of this size."""
+        if not self.grows:
+            return self
+        by = (context.mass_kg / _OF_MASS_KG) ** (self.grows / 3.0)
+        low, high = (self.neutral + by * (end - self.neutral) for end in self.plausible)
+        return replace(self, plausible=(float(f"{low:.2g}"), float(f"{high:.2g}")))
 
 
 @dataclass(frozen=True)
@@ -86,6 +100,7 @@ class EffectContext:
     measured: frozenset[str] = frozenset()
     crossflow_in_nominal: bool = False
     lagged: bool = True
+    mass_kg: float = _OF_MASS_KG
     munk_held: tuple[float, float] = (0.0, 0.0)
     inflow_shares: tuple[float, ...] = ()
     thrust_shares: tuple[float, ...] = ()
@@ -153,8 +168,9 @@ class Effect:
     stated: Stated = field(default=alike)
 
     def on(self, context: EffectContext) -> "Effect":
-        """Return the effect with the neutral values and widths that a vehicle's file states."""
-        return replace(self, parameters=self.stated(self.parameters, context))
+        """Return the effect with the neutral values and widths that hold for a vehicle."""
+        own = tuple(one.on(context) for one in self.parameters)
+        return replace(self, parameters=self.stated(own, context))
 
     def neutral_values(self) -> dict[str, float]:
         """Values at which the effect vanishes."""

@@ -57,6 +57,7 @@ EFFECT = Effect(
             unit="N s^2/m^2",
             neutral=0.0,
             plausible=(-150.0, 150.0),
+            grows=2,
             meaning="added to k in Z = -k abs(u) w",
         ),
         Parameter(
@@ -64,6 +65,7 @@ EFFECT = Effect(
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
+            grows=3,
             meaning="added to k in M = k u w",
         ),
         Parameter(
@@ -71,6 +73,7 @@ EFFECT = Effect(
             unit="N s^2/m^2",
             neutral=0.0,
             plausible=(-150.0, 150.0),
+            grows=2,
             meaning="added to k in Y = -k abs(u) v",
         ),
         Parameter(
@@ -78,6 +81,7 @@ EFFECT = Effect(
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
+            grows=3,
             meaning="added to k in N = k u v",
         ),
     ),

@@ -50,6 +50,7 @@ def _coordinate(name: str, half_width_m: float, direction: str) -> Parameter:
         unit="m",
         neutral=0.0,
         plausible=(-half_width_m, half_width_m),
+        grows=1,
         meaning=f"place in the body, {direction}",
         possible=(-50.0, 50.0),
     )
@@ -65,6 +66,7 @@ EFFECT = Effect(
             unit="kg",
             neutral=0.0,
             plausible=(-5.0, 20.0),
+            grows=2,
             meaning="mass of the module; negative where one is missing",
         ),
         Parameter(
@@ -72,6 +74,8 @@ EFFECT = Effect(
             unit="m^3",
             neutral=0.0,
             plausible=(-0.005, 0.02),
+            grows=2,
+            together_with="mass_kg",
             meaning="water that it displaces; 0 inside the hull",
         ),
         _coordinate("x_m", 1.0, "forward"),

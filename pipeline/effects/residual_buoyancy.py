@@ -28,6 +28,7 @@ EFFECT = Effect(
             unit="N",
             neutral=0.0,
             plausible=(-75.0, 75.0),
+            grows=2,
             meaning="buoyancy in excess of the stated one, upward positive",
         ),
     ),

@@ -72,6 +72,7 @@ def effect_context(vehicle: Vehicle) -> EffectContext:
             name for name in SENSORS if sensors is not None and getattr(sensors, name) is not None
         ),
         crossflow_in_nominal=model.crossflow is not None and model.crossflow.in_nominal,
+        mass_kg=model.rigid_body.mass_kg,
         munk_held=munk_held(model),
         inflow_shares=tuple(1.0 - model.wake_fraction.of(one.name) for one in vehicle.thrusters),
         thrust_shares=tuple(1.0 - model.thrust_deduction.of(one.name) for one in vehicle.thrusters),
