@@ -154,7 +154,12 @@ class Reference:
     @property
     def told_against(self) -> str:
         """What the runs are told against, and why."""
-        against = "vehicle file" if self.by_file else "sound runs, not the vehicle file"
+        if self.by_file:
+            against = "vehicle file"
+        elif self.used:
+            against = "sound runs, not the vehicle file"
+        else:
+            against = "vehicle file, with what sound runs differ from it and each other by"
         return f"Told against the {against}: {self.why}"
 
     @property
@@ -185,7 +190,8 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     """Learn from the healthy runs of a case and predict each by the others.
 
     On each grid the ridge of squares and products, and how much is learned at all beside the file,
-    is what predicts runs left out best.
+    is what predicts runs left out best. Where that is not clearly better than the file, its motion
+    stays, and sound runs show what it is off by and how much they differ.
 
     Raises
     ------
@@ -206,33 +212,42 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         )
     stated = stated_widths(case.vehicle, directions)
     file = file_step(case.packed)
-    sets = list(zip(*every, strict=True))
-    grids = [_on_grid(runs, file, directions, stated) for runs in sets]
-    grids.sort(key=lambda one: one.error)
-    table = predictions(grids[0].response, files)
+    tried = [_tried(runs, file) for runs in zip(*every, strict=True)]
+    best = sorted((min(own, key=_worth) for own in tried), key=_error)
+    table = predictions(best[0][1], files)
     used, why = decides(table)
-    return Reference(directions, tuple(grids), stated, table, used, why)
+    kept = best if used else sorted((own[-1] for own in tried), key=_error)
+    grids = tuple(_learned(*one, directions, stated) for one in kept)
+    return Reference(directions, grids, stated, table, used, why)
 
 
-def _on_grid(
-    runs: Sequence[GridRun], file: Step, directions: Sequence[Coordinate], stated: FloatArray
-) -> Learned:
-    tried = [Response(runs, bent, mean, file) for bent, mean in product(BENT, (stays, file))]
-    tried.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
-    errors = [error_ahead(one) for one in tried]
+def _tried(runs: Sequence[GridRun], file: Step) -> list[tuple[float, Response]]:
+    """Return responses with their errors; the last is hardly more than the file."""
+    found = [Response(runs, bent, mean, file) for bent, mean in product(BENT, (stays, file))]
+    found.append(Response(runs, BENT[-1], file, file, stiff=STIFF))
+    return [(error_ahead(one), one) for one in found]
+
+
+def _error(one: tuple[float, Response]) -> float:
+    return one[0]
+
+
+def _worth(one: tuple[float, Response]) -> float:
     # how it answers to a force that no sound run had the file alone knows
-    own = np.where([one.by_file for one in tried], np.log(CLEARLY), 0.0)
-    best = int(np.argmin(errors + own))
-    sound = tried[best].told_of_sound()
+    return one[0] + (float(np.log(CLEARLY)) if one[1].by_file else 0.0)
+
+
+def _learned(
+    error: float, response: Response, directions: Sequence[Coordinate], stated: FloatArray
+) -> Learned:
+    sound = response.told_of_sound()
     share = ordinary_of(sound, directions, stated).share
     alone = without_offset(sound, share)
     ordinary = ordinary_of(alone, directions, stated)
     usual = tuple(
-        ToldRun(run, one, k) for k, (run, one) in enumerate(zip(runs, alone, strict=True))
+        ToldRun(run, one, k) for k, (run, one) in enumerate(zip(response.runs, alone, strict=True))
     )
-    return Learned(
-        tried[best], offset_of(sound, share), ordinary, usual, tuple(alone), errors[best]
-    )
+    return Learned(response, offset_of(sound, share), ordinary, usual, tuple(alone), error)
 
 
 def by_file(case: Case) -> Reference:
@@ -305,5 +320,4 @@ def reference_of(case: Case) -> Reference:
         return by_file(case)
     if len({_velocities(run) for run in (*case.healthy, *case.runs)}) > 1:
         return replace(by_file(case), why=_OTHERWISE)
-    found = learned(case, {"vehicle file": FileModel(case.packed)})
-    return found if found.used else replace(by_file(case), why=found.why)
+    return learned(case, {"vehicle file": FileModel(case.packed)})
