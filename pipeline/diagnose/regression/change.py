@@ -25,7 +25,8 @@ class Change:
     """A hypothesis: directions (none for `none` and `unknown`) and the runs that carry them.
 
     `evidence` is the logarithm over that of `none`; `mean` and `std` are of the sizes in the units
-    of the directions, before they are held to where they may lie.
+    of the directions, before they are held to where they may lie, at the thrust of the sound runs.
+    `thrust` is the share of it that these runs have, and its standard deviation.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Change:
     probability: float
     mean: FloatArray
     std: FloatArray
+    thrust: tuple[float, float] = (1.0, 0.0)
 
 
 class Shared:
@@ -90,13 +92,12 @@ class Shared:
         _, mean, std = max(tried, key=lambda one: one[0])
         return total, mean, std
 
-    def of_thrust(
-        self, which: Sequence[int], runs: Sequence[int], mean: FloatArray, std: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Sizes of changes of thrusters, over how much thrust the runs have as a whole.
+    def thrust_of(
+        self, which: Sequence[int], runs: Sequence[int], mean: FloatArray
+    ) -> tuple[float, float]:
+        """Share of the thrust of sound runs that these have, and its standard deviation.
 
-        All thrusters of a run give a share s of what they give in the sound runs, as is ordinary;
-        one that is changed gives s g, which stands there as a change of s (g - 1).
+        By what is ordinary between runs, and by a change of all thrusters where one is among these.
         """
         scales, errors, weights = [], [], []
         for run in runs:
@@ -105,19 +106,12 @@ class Shared:
             score = told.score - told.information[:, list(which)] @ mean
             every = np.column_stack([self._width * score, self._width * thrust])
             solved = self._width[:, None] * np.linalg.solve(inner, every)
-            scales.append(1.0 + float(thrust @ solved[:, 0]))
+            scales.append(1.0 + float(thrust[list(which)] @ mean + thrust @ solved[:, 0]))
             errors.append(float(thrust @ solved[:, 1]))
             weights.append(float(np.trace(self.information[run][np.ix_(which, which)])))
         share = np.array(weights) / max(float(np.sum(weights)), 1e-12)
-        scale = float(np.clip(share @ scales, *_SCALES))
         error = float(np.sqrt(share**2 @ errors))
-        changed = [
-            one.effect.of_thrusters or one.target is not None
-            for one in (self._directions[k] for k in which)
-        ]
-        own = np.array(changed) & ~self._of_all[list(which)]
-        spread = np.hypot(std, mean * error) / scale
-        return np.where(own, mean / scale, mean), np.where(own, spread, std)
+        return float(np.clip(share @ scales, *_SCALES)), error
 
 
 def _evidence(told: Told, width: FloatArray) -> float:

@@ -49,7 +49,7 @@ def directions_of(
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
     # a volume alone is residual buoyancy, and one of the water's weight shows as added mass does
     every = coordinates(packed, asked, uncertainty)
-    return tuple(one for one in every if one.name != "payload:volume_m3")
+    return tuple(one for one in every if not one.parameter.together_with)
 
 
 def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatArray:

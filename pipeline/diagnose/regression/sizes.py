@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.change import Change
+from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
 
 
 def sizes(
@@ -16,7 +17,8 @@ def sizes(
 
     What a signature is off by is in the interval; of two changes each has the error of both. It is
     that of highest density: it reaches the end of what is possible where the most probable size
-    lies there.
+    lies there. A thruster that gives g, where all give a share s of what they give in the sound
+    runs, stands there as a change of s (g - 1).
 
     Parameters
     ----------
@@ -32,9 +34,12 @@ def sizes(
 
     found = {}
     effects = {(directions[k].effect.id, directions[k].target) for k in change.which}
-    spread = np.hypot(change.std, len(effects) * inexact * change.mean)
-    for k, mean, std in zip(change.which, change.mean, spread, strict=True):
+    share, error = change.thrust
+    for k, seen, own in zip(change.which, change.mean, change.std, strict=True):
         one = directions[k]
+        mean, std = seen, np.hypot(own, len(effects) * inexact * seen)
+        if one.effect.id not in OF_ALL_THRUSTERS and (one.effect.of_thrusters or one.target):
+            mean, std = seen / share, np.hypot(std, seen * error / share) / share
         low, high = one.bounds
         held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
         if not np.isfinite(held.ppf(0.5)):

@@ -20,8 +20,9 @@ from pipeline.diagnose.regression.ordinary import beyond_ordinary
 from pipeline.diagnose.regression.weigh import weighed
 from pipeline.types import FloatArray
 
-#: Single changes that are taken at their sizes, in so many rounds, but for small ones (in units).
-_LIKELIEST, _ROUNDS, _LEAST_SIZE = 5, 2, 0.1
+#: Single changes taken at their sizes, in so many rounds, but for small ones (in units), and
+#: those that are no larger than so many standard deviations.
+_LIKELIEST, _ROUNDS, _LEAST_SIZE, _TOLD = 5, 2, 0.02, 2.0
 #: Steps in which a size is sought, coarse and fine, and the log evidence that one must be worth.
 _STEPS, _WORTH = (2.0, 2.0**0.5), 1.0
 #: Share by which what is found at half the size, or at a unit, may differ of one in proportion.
@@ -56,7 +57,8 @@ def with_sizes(
         for one in singles[_LIKELIEST - 1 :: -1]:
             bounds = np.array([every[k].bounds for k in one.which])
             size = dict(zip(one.which, np.clip(one.mean, *bounds.T).tolist(), strict=True))
-            large = [k for k in one.which if abs(size[k]) > _LEAST_SIZE and not every[k].beside]
+            least = dict(zip(one.which, np.maximum(_TOLD * one.std, _LEAST_SIZE), strict=True))
+            large = [k for k in one.which if abs(size[k]) > least[k] and not every[k].beside]
             if large and claimed is not None:
                 values = {every[k].parameter.name: every[k].value(size[k]) for k in one.which}
                 first = every[large[0]]

@@ -162,28 +162,30 @@ def _hypotheses(
     singles, best = [], []
     for members, share in _groups(directions):
         seen = [k for k in members if any(one.information[k, k] > 0.0 for one in told)]
+        every, parts = _parts(members, directions), _parts(seen, directions)
         # what acts only beside others is no change alone
-        alone = [k for k in seen if not directions[k].beside]
+        alone = [part for part in parts if not directions[part[0]].beside]
         if not alone:
             continue
         prior = float(np.log(PRIOR_OF_ONE * share))
-        most = _MOST_PARAMETERS + sum(bool(directions[k].beside) for k in members)
+        most = _MOST_PARAMETERS + sum(bool(directions[part[0]].beside) for part in every)
         own = [
-            _change(runs, (k,), directions, prior + _prior_of(1, len(members), most)) for k in alone
+            _change(runs, part, directions, prior + _prior_of(1, len(every), most))
+            for part in alone
         ]
         own += _by_gains(directions, members[0], prior, gained)
         # those that are told best, one after the other
         first = max(own, key=_value)
-        for count in range(2, min(len(seen), most) + 1):
+        for count in range(2, min(len(parts), most) + 1):
             more = [
                 _change(
                     runs,
-                    tuple(sorted((*first.which, k))),
+                    tuple(sorted((*first.which, *part))),
                     directions,
-                    prior + _prior_of(count, len(members), most),
+                    prior + _prior_of(count, len(every), most),
                 )
-                for k in seen
-                if k not in first.which
+                for part in parts
+                if part[0] not in first.which
             ]
             first = max(more, key=_value)
             own += more
@@ -193,6 +195,16 @@ def _hypotheses(
     # one that shows only beside the strongest is among the strongest of nothing
     both = [*combinations(best[:_FROM], 2), *((best[0], one) for one in best[_FROM:])]
     return [*found, *singles, *(_pair(runs, first, second) for first, second in both)]
+
+
+def _parts(members: Sequence[int], directions: Sequence[Coordinate]) -> list[tuple[int, ...]]:
+    """Parameters of an effect, those together that are never one without the other."""
+    names = {directions[k].parameter.name: k for k in members}
+    found: dict[int, tuple[int, ...]] = {}
+    for k in members:
+        first = names.get(directions[k].parameter.together_with, k)
+        found[first] = (*found.get(first, ()), k)
+    return list(found.values())
 
 
 def _prior_of(count: int, members: int, most: int) -> float:
@@ -206,11 +218,11 @@ def _prior_of(count: int, members: int, most: int) -> float:
 
 
 def _whole(runs: Shared | None, one: Change, probability: float) -> Change:
-    """Give a change the probability of all that bear its name, and its size over the thrust."""
+    """Give a change the probability of all that bear its name, and the thrust of its runs."""
     if runs is None or not one.which:
         return replace(one, probability=probability)
-    mean, std = runs.of_thrust(one.which, one.runs, one.mean, one.std)
-    return replace(one, probability=probability, mean=mean, std=std)
+    thrust = runs.thrust_of(one.which, one.runs, one.mean)
+    return replace(one, probability=probability, thrust=thrust)
 
 
 def _value(one: Change) -> float:

@@ -10,7 +10,10 @@ from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.held_out import FileModel
 from pipeline.diagnose.regression.known import by_file, learned
+from pipeline.diagnose.regression.ordinary import INEXACT
+from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.taken import with_sizes
+from pipeline.diagnose.regression.weigh import weighed
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.measured.demand import demanded, settled
@@ -118,6 +121,32 @@ def test_a_current_to_the_north_and_the_east_is_taken_as_one() -> None:
     apart = [(replace(one, beside=()), size) for one, size in parts]
     total = sum(size * claimed.departure(one, size).wrench for one, size in apart)
     assert total != pytest.approx(whole, rel=0.05)
+
+
+def test_a_slow_current_is_taken_at_its_size() -> None:
+    """A vehicle at rest has far less drag in it than the secant to a fast one says."""
+    case = small_case(
+        ("current:north_mps=0.04",),
+        manoeuvres=("heave_steps", "heave_steps"),
+        seconds=24.0,
+        effects=("current",),
+    )
+    known = by_file(case)
+    periods = [one.response.period_s for one in known.grids]
+    grids = [
+        on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
+        for run in case.runs
+    ]
+    more, added = with_sizes(known, grids, ())
+    told = more.best.told([all_at(grid, added)[0] for grid in grids])
+    found = weighed(told, more.directions, more.best.ordinary)[0]
+    (north,) = sizes(found, more.directions, INEXACT).values()
+    secant = weighed(
+        known.best.told([grid[0] for grid in grids]), known.directions, known.best.ordinary
+    )[0]
+    (fast,) = sizes(secant, known.directions, INEXACT).values()
+    # the damping of this vehicle is off, too
+    assert fast[0] < 0.4 * 0.04 < 0.6 * 0.04 < north[0] < 1.2 * 0.04
 
 
 @pytest.mark.slow

@@ -90,6 +90,35 @@ def test_a_weak_thruster_is_counted_against_the_thrust_of_its_run() -> None:
     assert value == pytest.approx(0.6, abs=0.02)
 
 
+def test_a_weak_thruster_beside_a_low_supply_is_counted_against_what_is_left() -> None:
+    # the supply takes half of the thrust, and the left thruster gives 0.6 of the other half
+    sag = effects()["voltage_sag"]
+    drop = Coordinate(sag, sag.parameters[0], None, 0.5, 0.1)
+    every = 4000.0 * np.eye(4)
+    run = Told(every[None], 4000.0 * np.array([[-0.4, 0.0, 0.0, 1.0]]), np.array([0, 0, 0, -0.5]))
+    ordinary = Ordinary(np.full(4, 1e-3), np.ones(1))
+    found = weighed([run], (*DIRECTIONS, drop), ordinary)
+    assert found[0].name == "thruster_degraded@left+voltage_sag"
+    assert sizes(found[0], (*DIRECTIONS, drop), INEXACT)[0][0] == pytest.approx(0.6, abs=0.02)
+
+
+def test_the_mass_of_a_module_has_the_error_of_its_volume() -> None:
+    """What it weighs in water is known, and neither of the two."""
+    module = effects()["payload"]
+    mass, volume, *_ = module.parameters
+    both = (
+        Coordinate(module, mass, None, 10.0, 0.0),
+        Coordinate(module, volume, None, 0.01, 0.0, beside=(("mass_kg", 5.0),)),
+    )
+    wet = np.array([10.0, -10.0])
+    run = Told(400.0 * np.outer(wet, wet)[None], 400.0 * 2.0 * wet[None], np.zeros(2))
+    found = weighed([run], both, Ordinary(np.full(2, 1e-3), np.ones(1)))[0]
+    assert (found.name, found.which) == ("payload", (0, 1))
+    _, low, high = sizes(found, both, INEXACT)[0]
+    assert low < 2.0
+    assert high > 10.0
+
+
 def test_probabilities_are_one_posterior() -> None:
     ranking = weighed([told((-0.8, 0.0, 0.0))], DIRECTIONS, ORDINARY)
     assert sum(one.probability for one in ranking) == pytest.approx(1.0)
