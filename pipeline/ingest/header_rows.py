@@ -39,7 +39,6 @@ _STATED = 1000
 _LONGEST_NAME = 4
 _LETTER = re.compile(r"[^\W\d_]")
 _BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
-"""Dates and clock times of a log have none; they need not be matched with names."""
 
 
 @dataclass(frozen=True)
