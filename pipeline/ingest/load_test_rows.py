@@ -196,7 +196,7 @@ def _with_sign(table: Table, code: CodeText, whole: float) -> float:
     if not code.doubtful_sign:
         return whole
     column = table.block.columns["shaft_speed"]
-    cells = table.block.sheet.column(column.index, (table.block.first_row, table.block.last_row))
+    cells = [row[column.index] for _, row in table.block.rows() if column.index < len(row)]
     numbers = [parse_number(cell) or 0.0 for cell in cells if is_number(cell)]
     negative = bool(numbers) and max(number * column.sign for number in numbers) <= 0.0
     value = -whole if negative else whole

@@ -133,7 +133,7 @@ def check_efficiency(computed: FloatArray, stated: FloatArray) -> EfficiencyChec
         return None
     ratios = computed[rows] / stated[rows]
     ratio = float(np.median(ratios))
-    off = rows[np.abs(ratios / ratio - 1.0) > _EFFICIENCY_OFF]
+    off = rows[np.abs(ratios - ratio) > _EFFICIENCY_OFF * abs(ratio)]
     return EfficiencyCheck(ratio, tuple(off.tolist()), _suspicion(ratio))
 
 

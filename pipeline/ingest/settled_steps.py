@@ -57,9 +57,9 @@ def settle(table: Table) -> Iterator[Problem]:
         step = values[first:last]
         start = first + _settled_from(step, scale)
         third = max(1, len(step) // 3)
-        moved = abs(float(np.mean(step[-third:]) - np.mean(step[-2 * third : -third or None])))
-        noise = noise_of(step[len(step) // 2 :])
-        if len(step) > 1 and moved > max(_MOVING * scale, 3.0 * noise):
+        before = step[-2 * third : -third] if len(step) > 1 else step
+        moved = abs(float(np.mean(step[-third:]) - np.mean(before)))
+        if moved > max(_MOVING * scale, 3.0 * noise_of(step[len(step) // 2 :])):
             moving.append(readings[live[first]].row)
             start = max(start, last - max(2, len(step) // _LAST_SHARE))
         for at in live[first:last]:
