@@ -140,10 +140,10 @@ def run(**request: Any) -> None:  # noqa: ANN401 - fields of the request
       rig2sea run ~/bench/t200 --out ~/bench/results
       rig2sea run --profile slurm
     """
+    from pipeline.workflow.outcome import summary
     from pipeline.workflow.progress import Progress
     from pipeline.workflow.run import RunRequest
     from pipeline.workflow.run import run as run_workflow
-    from pipeline.workflow.summary import summary
 
     result = run_workflow(RunRequest(**request), Progress())
     for paragraph in summary(result, request["out"]):

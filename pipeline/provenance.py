@@ -66,7 +66,7 @@ def code_digest(*modules: str) -> str:
     Parameters
     ----------
     *modules : str
-        Dotted names, e.g. ``"pipeline.stages.static"``.
+        Dotted names, e.g. ``"pipeline.stages.bench_fits"``.
 
     Returns
     -------

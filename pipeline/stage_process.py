@@ -12,6 +12,7 @@ from typing import Any
 from pipeline.errors import Rig2SeaError
 from pipeline.journal import Event, note
 from pipeline.plan import RAW_KINDS, stage_log
+from pipeline.stage_table import module_of
 
 #: Objects made before garbage is searched for, and searches before older ones are searched. Results
 #: are thousands of objects that stay: at Python's own numbers a tenth of a diagnosis was searching.
@@ -50,7 +51,7 @@ def run_stage(
     try:
         from pipeline.stages.job import Job
 
-        module = importlib.import_module(f"pipeline.stages.{stage}")
+        module = importlib.import_module(module_of(stage))
         job = Job(stage, vehicle, code, inputs, outputs[0], outputs[1:])
         text: str
         if stage in RAW_KINDS and len(inputs) > 1:

@@ -10,7 +10,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Stage:
-    """A module of `pipeline.stages` with ``run(job)``.
+    """What ``run(job)`` of a module of `pipeline.stages` makes.
 
     `title` is what its result is called in messages. `of` says what it is made for: a vehicle, each
     run, each day, or all vehicles together. `needs` are the stages of the vehicle whose results it
@@ -19,7 +19,8 @@ class Stage:
     of stages that have one a run or a day; `page` that of its pages among the reports, and `beside`
     are the endings of what lies with its results. One that is `history` stays as it was once its
     day is past. `leaves` is what its result holds: a record, a receipt for other files, or, of
-    ``tables.json``, a form of its own.
+    ``tables.json``, a form of its own. `module` is the file of `pipeline.stages` that makes it, of
+    its own name where none is stated.
     """
 
     title: str
@@ -31,6 +32,7 @@ class Stage:
     history: bool = False
     of_types: tuple[str, ...] = ()
     leaves: Literal["record", "receipt", "tables"] = "record"
+    module: str = ""
 
 
 #: What the bench gave of the thrusters.
@@ -38,15 +40,28 @@ BENCH = ("static", "propeller", "drive")
 
 #: In the order in which data flow.
 STAGES: dict[str, Stage] = {
-    "load_test": Stage("load test", "vehicle"),
-    "mooring": Stage("mooring test", "vehicle"),
-    "open_water": Stage("open-water test", "vehicle"),
-    "propeller": Stage("propeller characteristic (Table 1)", "vehicle", ("open_water",)),
-    "drive": Stage("drive characteristic", "vehicle", ("load_test",)),
-    "static": Stage("static characteristic (Table 2)", "vehicle", ("propeller", "drive")),
-    "inverse": Stage("inverse characteristic (Tables 3 and 4)", "vehicle", ("static", "mooring")),
+    "load_test": Stage("load test", "vehicle", module="bench_records"),
+    "mooring": Stage("mooring test", "vehicle", module="bench_records"),
+    "open_water": Stage("open-water test", "vehicle", module="bench_records"),
+    "propeller": Stage(
+        "propeller characteristic (Table 1)", "vehicle", ("open_water",), module="bench_fits"
+    ),
+    "drive": Stage("drive characteristic", "vehicle", ("load_test",), module="bench_fits"),
+    "static": Stage(
+        "static characteristic (Table 2)", "vehicle", ("propeller", "drive"), module="bench_fits"
+    ),
+    "inverse": Stage(
+        "inverse characteristic (Tables 3 and 4)",
+        "vehicle",
+        ("static", "mooring"),
+        module="bench_fits",
+    ),
     "allocation": Stage(
-        "allocator error map", "vehicle", ("static", "inverse"), of_types=("static", "inverse")
+        "allocator error map",
+        "vehicle",
+        ("static", "inverse"),
+        of_types=("static", "inverse"),
+        module="bench_fits",
     ),
     "validation": Stage(
         "allocator flown in simulation",
@@ -67,9 +82,13 @@ STAGES: dict[str, Stage] = {
         "pool run against simulation", "run", BENCH, "run_trials", beside=(".npz", ".mcap")
     ),
     "run_page": Stage("page of the run", "run", room="run_pages", page="runs", beside=(".html",)),
-    "run_diagnosis": Stage("diagnosis of the run", "run", BENCH, "run_diagnoses"),
+    "run_diagnosis": Stage(
+        "diagnosis of the run", "run", BENCH, "run_diagnoses", module="diagnosis"
+    ),
     "trial_day": Stage("identification of the day", "day", BENCH, "trial_days"),
-    "day_diagnosis": Stage("diagnosis of the day", "day", BENCH, "day_diagnoses"),
+    "day_diagnosis": Stage(
+        "diagnosis of the day", "day", BENCH, "day_diagnoses", module="diagnosis"
+    ),
     "day_tables": Stage("tables of the day", "day", ("inverse",), "day_tables", history=True),
     "trial_page": Stage("page of the trial day", "day", room="trial_pages", page="trials"),
     "vehicle_page": Stage(
@@ -92,6 +111,15 @@ def stages_of(what: Literal["vehicle", "run", "day", "all"]) -> tuple[str, ...]:
     ('pool_run', 'run_trial', 'run_page', 'run_diagnosis')
     """
     return tuple(name for name, stage in STAGES.items() if stage.of == what)
+
+
+def module_of(name: str) -> str:
+    """Return the module that a stage is run from, whose code its result depends on.
+
+    >>> module_of("drive"), module_of("firmware")
+    ('pipeline.stages.bench_fits', 'pipeline.stages.firmware')
+    """
+    return f"pipeline.stages.{STAGES[name].module or name}"
 
 
 def needed_for(wanted: tuple[str, ...]) -> frozenset[str]:

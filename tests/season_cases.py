@@ -7,6 +7,7 @@ from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, RunTrial, StoredRun, TrialDay
+from pipeline.stage_table import module_of
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_plan import DAY_STAGES, RUN_STAGES, PoolPlan, plan_pool
 
@@ -37,7 +38,7 @@ def finish(root: Path, vehicle: VehicleFolder) -> PoolPlan:
     """Write the result of everything that is due, as a run would have done."""
     plan = plan_pool(vehicle, root, KnownFiles())
     for stage in (*RUN_STAGES, *DAY_STAGES):
-        code = code_digest(f"pipeline.stages.{stage}")
+        code = code_digest(module_of(stage))
         for item in plan.pending.get(stage, ()):
             _finish_one(root, vehicle, plan, stage, item, code)
     return plan

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.actions.diagnosis import RESULT_FILE, DiagnosisFiles, DiagnosisRequest
 from pipeline.actions.diagnosis_page import write_page
-from pipeline.actions.diagnosis_request import RESULT_FILE, DiagnosisFiles, DiagnosisRequest
 from pipeline.diagnose.bench.engine import diagnose_bench
 from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import BenchTable, bench_table
@@ -18,7 +18,7 @@ from pipeline.provenance import canonical_json, file_digest, write_atomically
 from pipeline.records.diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
-from pipeline.stages.diagnosis_links import Question
+from pipeline.stages.index_page import Question
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 

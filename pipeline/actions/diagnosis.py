@@ -1,12 +1,11 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline import __version__
 from pipeline.actions.diagnosis_page import OVERLAY_END, write_page
-from pipeline.actions.diagnosis_request import RESULT_FILE, DiagnosisFiles, DiagnosisRequest
 from pipeline.actions.found_changes import diagnosed_changes, source_of, write_corrected
 from pipeline.actions.simulation import simulate_to_file
 from pipeline.actions.simulation_request import SimulationRequest
@@ -14,70 +13,79 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import Diagnosis, diagnose_fully
 from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
+from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
 from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.inputs.sound_runs import sound_runs
-from pipeline.language import as_it_is
-from pipeline.plan import seen_from
+from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 from pipeline.report.diagnosis_page import glance_of
-from pipeline.report.diagnosis_words import closed_text, identifiers, of_bench, verdict_sentence
-from pipeline.stages.diagnosis_links import Question
+from pipeline.stages.index_page import Question
 from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.run_notes import run_of
 
+TABLE_SUFFIXES = WORKBOOK_SUFFIXES | TEXT_SUFFIXES
+RESULT_FILE = "diagnosis.json"
+
+
+@dataclass(frozen=True)
+class DiagnosisRequest:
+    """What the user asked for; `to` None: ``processed/<vehicle>/diagnosis``.
+
+    Of mooring tables ``bench_diagnosis`` there.
+    """
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
+    healthy: tuple[str, ...] = ()
+    to: Path | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+
+
+@dataclass(frozen=True)
+class DiagnosisFiles:
+    """The result and where it lies; `corrected` is None where nothing of the file changes."""
+
+    record: DiagnosisRecord
+    result: Path
+    corrected: Path | None
+    page: Path
+    overlays: tuple[Path, ...] = ()
+    """One log a run: everything that was recorded, and the simulation with the effect beside it."""
+    without_overlay: tuple[str, ...] = ()
+    """Logs of which none could be made, each with the reason."""
+
+
+def are_tables(runs: Sequence[str]) -> bool:
+    """Tell whether the runs are mooring tables.
+
+    Raises
+    ------
+    UsageError
+        When some are and some are not.
+
+    Examples
+    --------
+    >>> are_tables(["new.xlsx"]), are_tables(["new.tsv"]), are_tables(["surge-steps"])
+    (True, True, False)
+    """
+    tables = [run for run in runs if Path(run).suffix.lower() in TABLE_SUFFIXES]
+    if tables and len(tables) < len(runs):
+        other = next(run for run in runs if run not in tables)
+        raise UsageError(
+            f"{tables[0]} is a mooring table and {other} is not: give tables or pool runs."
+        )
+    return bool(tables)
+
+
 CORRECTED_FILE = "vehicle_corrected.yaml"
 #: One sound run does not show how much runs differ.
 _LEAST_SOUND = 2
-
-
-def diagnosis_text(record: DiagnosisRecord) -> str:
-    """Verdict, where the gap is, ranking, how far it shrinks, what to do next, notes."""
-    lines = [verdict_sentence(record.verdict), ""]
-    readings = "the codes" if of_bench(record) else "the time"
-    gaps = sorted(record.gap.channels.items(), key=lambda item: -item[1].ratio)
-    ratios = ", ".join(f"{name} {one.ratio:.2f}" for name, one in gaps)
-    lines.append(f"gap over the healthy floor: {ratios}")
-    lines.extend(
-        f"  {row.share:.0%} of it where {row.regressor} is {row.range[0]:.3g} to "
-        f"{_with_unit(f'{row.range[1]:.3g}', row.unit)} ({row.share_of_time:.0%} of {readings})"
-        for row in record.gap.where.regimes[:3]
-    )
-    lines.append("")
-    for answer in record.ranking[:5]:
-        values = ", ".join(
-            _with_unit(f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]", one.unit)
-            for name, one in answer.parameters.items()
-        )
-        at = dict.fromkeys(answer.thrusters.values())
-        where = f" at {' and '.join(at)}" if at else ""
-        effect = as_it_is(answer.effect)
-        lines.append(f"  {answer.probability:6.1%}  {effect}{where}  {values}".rstrip())
-    shrink = record.shrink
-    share = shrink.gap_closed
-    closed = "" if share is None else f", {closed_text(share)} of the gap closed"
-    floor = max(shrink.noise_floor, 1e-12) if of_bench(record) else 1.0
-    before, after = shrink.before / floor, shrink.after / floor
-    held = f"held out ({shrink.held_out}): {before:.2f} before, {after:.2f} after"
-    lines += ["", f"{held}, in units of the healthy floor{closed}"]
-    if record.next_run is not None:
-        one = record.next_run
-        separates = (
-            f"{one.manoeuvre}, which separates {identifiers(one.separates)} by "
-            f"{one.expected_separation_sigma:.1f} sigma"
-        )
-        bench = of_bench(record)
-        lines.append(f"measure next: {separates}" if bench else f"fly next: {separates}")
-    lines += [f"note: {note}" for note in record.notes]
-    return "\n".join(lines)
-
-
-def _with_unit(text: str, unit: str) -> str:
-    """Write a unit behind a number; nothing where there is none."""
-    return text if unit == "1" else f"{text} {unit}"
 
 
 def diagnose_to_files(

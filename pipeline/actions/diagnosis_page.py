@@ -12,8 +12,13 @@ from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.html import address_from, placed
 from pipeline.report.html import write_page as write_text
-from pipeline.stages.diagnosis_links import RECEIPT, DiagnosisReceipt, Question, write_receipt
-from pipeline.stages.index_page import write_index_again
+from pipeline.stages.index_page import (
+    RECEIPT,
+    DiagnosisReceipt,
+    Question,
+    write_index_again,
+    write_receipt,
+)
 
 #: Ending -> what the link says.
 _LABELS = {

@@ -1,33 +1,22 @@
 """Read files of the bench: those of one kind in a folder together, the kind told if need be."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Quantity
 from pipeline.errors import Problem
-from pipeline.ingest.load_test import read_load_tests
-from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.open_water import read_open_water
 from pipeline.records.measurements import (
     LoadTestPoint,
-    LoadTestRecord,
     MooringPoint,
-    MooringRecord,
     OpenWaterPoint,
-    OpenWaterRecord,
     SheetRead,
 )
+from pipeline.stages.bench_records import READERS
 from pipeline.vehicle.schema import Vehicle
 
-RawRecord = LoadTestRecord | MooringRecord | OpenWaterRecord
 Point = LoadTestPoint | MooringPoint | OpenWaterPoint
-READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], RawRecord]] = {
-    "load_test": read_load_tests,
-    "mooring": read_mooring_tables,
-    "open_water": read_open_water,
-}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from pipeline.check.bench_files import READERS, RawFile, kind_by_content, read_together
+from pipeline.check.bench_files import RawFile, kind_by_content, read_together
 from pipeline.check.findings import FileFinding, Findings, RunFinding, VehicleFinding
 from pipeline.check.pool_runs import (
     files_of_runs,
@@ -32,6 +32,7 @@ from pipeline.plan import (
     vehicle_at,
 )
 from pipeline.records.run_table import RunTable
+from pipeline.stages.bench_records import READERS
 from pipeline.vehicle.frames import frame_shown
 from pipeline.vehicle.load import load_vehicle, vehicle_notes
 from pipeline.vehicle.run_notes import BAG_FILE

@@ -4,7 +4,6 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from pipeline.actions.identification_text import gains_text
 from pipeline.check.findings import (
     FileFinding,
     Findings,
@@ -14,7 +13,7 @@ from pipeline.check.findings import (
     VehicleFinding,
 )
 from pipeline.check.proposal import as_lines, lines_of
-from pipeline.check.thruster_gains import summary
+from pipeline.check.thruster_gains import gains_text, summary
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead

@@ -13,12 +13,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.identify.manoeuvre_excitation import Group, broadband
 from pipeline.identify.manoeuvre_signals import (
     PERIOD_S,
+    Group,
     Range,
     Signals,
     Swing,
+    broadband,
     signals_of,
     slope,
     stretches,

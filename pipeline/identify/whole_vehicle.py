@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.identify.black_box import fit_black_box
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise
 from pipeline.identify.corrected_file import (
     NOT_CORRECTED,
@@ -23,7 +22,7 @@ from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
 from pipeline.identify.output_error import FitSolution
 from pipeline.identify.standing import deduction_found, thrust_found
 from pipeline.identify.vehicle_fit import VehicleFit, chained_windows, fit_for_file, fit_vehicle
-from pipeline.identify.window_prediction import prediction_quality
+from pipeline.identify.window_prediction import fit_black_box, prediction_quality
 from pipeline.identify.windows import SMALLEST_SHARE, cut, readings_of
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (

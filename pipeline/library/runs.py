@@ -7,8 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.actions.diagnosis import diagnose_to_files
-from pipeline.actions.diagnosis_request import DiagnosisRequest
+from pipeline.actions.diagnosis import DiagnosisRequest, diagnose_to_files
 from pipeline.actions.identification import IdentificationRequest
 from pipeline.actions.identification import identify_runs as identified_files
 from pipeline.actions.simulation import simulate_to_file

@@ -21,11 +21,10 @@ from pipeline.report.results import (
 from pipeline.report.sections.allocation import allocation_section, validation_section
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section
-from pipeline.report.sections.gap import gap_section
 from pipeline.report.sections.inputs import inputs_section, warnings_section
 from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section, working_points_section
-from pipeline.report.sections.static import static_section
+from pipeline.report.sections.static import gap_section, static_section
 from pipeline.report.sections.tables import data_section
 from pipeline.report.sections.trials import day_line, has_trend, trials_section
 

@@ -1,4 +1,4 @@
-"""One file a stage: read files, call pure functions, write one file. A workflow rule calls it.
+"""The stages: read files, call pure functions, write one file; `stage_table` says which is where.
 
-A stage's code is what its module imports, so that a changed line redoes exactly what depends on it.
+A stage's code is what its module imports, so that a changed line redoes what depends on it.
 """

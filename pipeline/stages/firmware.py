@@ -12,8 +12,7 @@ from pipeline.export.c_source import VoltageTables, voltage_tables
 from pipeline.export.firmware import write_firmware
 from pipeline.provenance import file_digest, unwritable
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
-from pipeline.stages.job import Job, NotMeasuredError, leaves_record
-from pipeline.stages.receipt import FirmwareFiles
+from pipeline.stages.job import FirmwareFiles, Job, NotMeasuredError, leaves_record
 from pipeline.vehicle.schema import Gate
 
 

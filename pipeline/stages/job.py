@@ -29,7 +29,15 @@ from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
-M = TypeVar("M", LoadTestRecord, MooringRecord, OpenWaterRecord)
+RawRecord = LoadTestRecord | MooringRecord | OpenWaterRecord
+
+
+class FirmwareFiles(Record):
+    """Receipt of a vehicle's firmware sources: their digests, by path from the output folder."""
+
+    files: dict[str, str]
+    notes: tuple[str, ...] = ()
+    """What the files had to do without."""
 
 
 class NotMeasuredError(CannotComputeError):
@@ -70,7 +78,7 @@ class Job:
         """The folder that the vehicle's folder lies in."""
         return self.vehicle_file.parent.parent
 
-    def measured(self, read: Callable[[Sequence[Path], Vehicle, Path], M]) -> M:
+    def measured(self, read: Callable[[Sequence[Path], Vehicle, Path], RawRecord]) -> RawRecord:
         """Read the raw files of this stage's kind; the record names those that were refused.
 
         Raises
@@ -85,7 +93,7 @@ class Job:
         if not files and not misnamed:
             called = self.stage.replace("_", "-")
             raise NotMeasuredError(f"There are no {called} files in {room.as_posix()}.")
-        record: M = read(files, self.vehicle(), self.raw_root)
+        record = read(files, self.vehicle(), self.raw_root)
         return record.model_copy(update={"problems": (*misnamed, *record.problems)})
 
     def vehicle(self) -> Vehicle:

@@ -22,9 +22,8 @@ from pipeline.records.validation import AllocationMap, AllocatorValidation
 from pipeline.report.html import placed, write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page, vehicle_receipt
-from pipeline.stages.job import Job, leaves_record
+from pipeline.stages.job import FirmwareFiles, Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
-from pipeline.stages.receipt import FirmwareFiles
 from pipeline.vehicle.load import vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 

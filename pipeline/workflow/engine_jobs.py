@@ -17,7 +17,7 @@ from pathlib import Path
 
 from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
 from pipeline.provenance import code_digest, write_atomically
-from pipeline.stage_table import STAGES
+from pipeline.stage_table import STAGES, module_of
 from pipeline.workflow.engine import FOLDER
 from pipeline.workflow.pool_plan import MOST_RUNS, PHASES, PoolPlan
 
@@ -161,6 +161,6 @@ def hand_over(jobs: Sequence[EngineJob], out: Path) -> Mapping[str, list[str]]:
     code = cache(code_digest)
     shutil.rmtree(out / FOLDER, ignore_errors=True)
     for job in jobs:
-        work = [{**asdict(s), "code": code(f"pipeline.stages.{s.stage}")} for s in job.steps]
+        work = [{**asdict(s), "code": code(module_of(s.stage))} for s in job.steps]
         write_atomically(out / FOLDER / f"{job.name}.json", json.dumps(work, indent=1))
     return waits(jobs)

@@ -30,7 +30,7 @@ from pipeline.provenance import (
     unwritable,
     write_atomically,
 )
-from pipeline.stage_table import STAGES, stages_of
+from pipeline.stage_table import STAGES, module_of, stages_of
 
 #: A file that changed less than this ago may change again without a sign. [ns]
 _YOUNG_NS = 100_000_000
@@ -217,7 +217,7 @@ def due_stages(
         if path.is_dir():
             raise unwritable(path, IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
         after = not set(due).isdisjoint(STAGES[stage].needs)
-        of = code(f"pipeline.stages.{stage}")
+        of = code(module_of(stage))
         if force or after or not _is_fresh(path, stage, of, vehicle, out, known):
             due.append(stage)
     return tuple(due)

@@ -14,6 +14,7 @@ from typing import Any
 
 from pipeline.plan import RECORD_STAGES, TITLES, VehicleFolder, processed_file
 from pipeline.provenance import code_digest, file_digest, read_raw_envelope, read_tables
+from pipeline.stage_table import module_of
 from pipeline.workflow.known_files import Head, misfits
 
 
@@ -94,7 +95,7 @@ def _link(
 ) -> Link:
     relative = processed_file(vehicle.name, stage)
     inputs: Mapping[str, str] = body["inputs"]
-    code_now, path = code_digest(f"pipeline.stages.{stage}"), out / relative
+    code_now, path = code_digest(module_of(stage)), out / relative
     there = vehicle.digest_names(stage, out)
     digest = cache(file_digest)
     head = Head(body["code"], dict(inputs), {}, None, ())

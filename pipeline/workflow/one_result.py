@@ -21,11 +21,10 @@ from pipeline.plan import (
 from pipeline.provenance import file_digest, read_envelope, read_raw_envelope, unwritable
 from pipeline.records.base import Record
 from pipeline.records.validation import AllocatorValidation
-from pipeline.stages.receipt import FirmwareFiles
-from pipeline.workflow.outcome import faults_behind
+from pipeline.stages.job import FirmwareFiles
+from pipeline.workflow.outcome import check_line, failure_line, faults_behind
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import RunRequest, run
-from pipeline.workflow.summary import check_line, failure_line
 
 R = TypeVar("R", bound=Record)
 

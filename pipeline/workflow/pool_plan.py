@@ -17,7 +17,7 @@ from pipeline.errors import InputError
 from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
-from pipeline.stage_table import STAGES, stages_of
+from pipeline.stage_table import STAGES, module_of, stages_of
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_runs import (
     UNDATED,
@@ -212,7 +212,7 @@ def plan_pool(
     gone: set[str] = set()
     for stages, items in ((RUN_STAGES, tuple(logs)), (DAY_STAGES, tuple(days))):
         for stage in stages:
-            code = code_digest(f"pipeline.stages.{stage}") if items else ""
+            code = code_digest(module_of(stage)) if items else ""
             due = []
             for item in items:
                 head = known.head(out / plan.outputs(stage, item)[0], stage)

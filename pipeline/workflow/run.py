@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.journal import Event
 from pipeline.plan import VehicleFolder, choose, processed_file
 from pipeline.provenance import code_digest, unwritable, write_atomically
 from pipeline.reader_language import current
@@ -16,12 +15,11 @@ from pipeline.stage_table import STAGES, needed_for, stages_of
 from pipeline.workflow.engine import FOLDER
 from pipeline.workflow.engine_jobs import Due, EngineJob, engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles, due_stages, remove_results
-from pipeline.workflow.lock import only_run
-from pipeline.workflow.outcome import Outcome, new_pages, outcome_of, with_pool
+from pipeline.workflow.outcome import Outcome, Result, new_pages, outcome_of, with_pool
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.start import forget_engine_state, start, usable_cores
+from pipeline.workflow.start import forget_engine_state, only_run, start, usable_cores
 from pipeline.workflow.vehicle_places import (
     forget_gone,
     index_digest,
@@ -53,30 +51,6 @@ class RunRequest:
     waiting: Mapping[str, frozenset[str]] = field(default_factory=dict)
     profile: str | None = None
     only: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a run ended: `done` counts the stages that ran, `refused` what never became a vehicle.
-
-    `pages` are those of pool runs and trial days that were made, from the output folder.
-    `stopped` tells of an engine that ended by itself, with no stage to blame.
-    """
-
-    vehicles: tuple[str, ...]
-    refused: tuple[Problem, ...]
-    outcomes: tuple[Outcome, ...]
-    failed: tuple[Event, ...]
-    done: int
-    complete: bool
-    pages: tuple[str, ...] = ()
-    stopped: str = ""
-
-    @property
-    def code(self) -> int:
-        """Exit code: 1 when a file was refused, inputs contradict each other, or a stage failed."""
-        bad = self.refused or any(outcome.failed for outcome in self.outcomes)
-        return 1 if bad or not self.complete else 0
 
 
 def run(request: RunRequest, progress: Progress) -> Result:

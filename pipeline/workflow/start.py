@@ -1,5 +1,6 @@
 """Start the engine, follow what it does, and end it when the run is stopped."""
 
+import fcntl
 import json
 import os
 import shutil
@@ -7,12 +8,15 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 import pipeline
 from pipeline.errors import InputError, Place, Rig2SeaError
 from pipeline.journal import VARIABLE, Event, Reader
+from pipeline.provenance import unwritable
 from pipeline.reader_language import VARIABLE as LANGUAGE
 from pipeline.reader_language import current
 from pipeline.stopping import stopped_by_sigterm
@@ -239,3 +243,39 @@ def _last_words(log: Path) -> str:
         return refused[-1]
     errors = [line for line in lines if "Error" in line or "error" in line]
     return (errors or [line for line in lines if line] or ["no reason given"])[-1]
+
+
+@contextmanager
+def only_run(path: Path) -> Iterator[None]:
+    """Hold the lock file while the body runs.
+
+    Raises
+    ------
+    InputError
+        When another run holds it, or the place cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise unwritable(path.parent, error) from error
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.read(descriptor, 32).decode(errors="replace").strip() or "unknown"
+            raise InputError.at(
+                Place(str(path.parent.parent)),
+                f"another rig2sea is at work here (process {holder}).",
+                remedy="Wait until it has ended, or give this one its own folder with --out.",
+            ) from None
+        except OSError as error:
+            raise unwritable(path, error) from error
+        try:
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        except OSError as error:  # a full disk takes the file and not what is to stand in it
+            raise unwritable(path, error) from error
+        yield
+    finally:
+        os.close(descriptor)

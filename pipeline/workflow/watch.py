@@ -15,11 +15,10 @@ from pipeline.ingest.log_names import bags_in, is_log_name, log_beside, parts_of
 from pipeline.ingest.mcap_start import is_closed
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.vehicle.run_notes import BAG_FILE
-from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.outcome import Outcome, Result, failure_line, page_lines
 from pipeline.workflow.pool_runs import file_names, result_file, run_name
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Result, RunRequest, run
-from pipeline.workflow.summary import failure_line, page_lines
+from pipeline.workflow.run import RunRequest, run
 
 #: A log whose writer did not close it is taken for whole after so many times the settling time.
 UNCLOSED_FACTOR = 10.0

@@ -12,6 +12,7 @@ from synthetic_bench import Bench, digest, make_vehicle, write_mooring, write_op
 
 from pipeline.provenance import code_digest
 from pipeline.stage_process import run_stage
+from pipeline.stage_table import module_of
 
 #: Another place, other libraries' threads, another order of sets and dictionaries' keys.
 ELSEWHERE = {
@@ -76,7 +77,7 @@ def stage_digest(root: Path, stage: str) -> str:
         out = Path(f"processed/boat/{stage}.json")
         # as the rule does it: by name
         files = tuple(sorted((folder / stage).iterdir()))
-        code = code_digest(f"pipeline.stages.{stage}")
+        code = code_digest(module_of(stage))
         assert run_stage(stage, "boat", code, (folder / "vehicle.yaml", *files), (out,)) == 0
         return digest(root / out)
     finally:

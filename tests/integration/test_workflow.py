@@ -13,7 +13,7 @@ import pytest
 from synthetic_bench import Bench, make_vehicle, write_mooring, write_open_water
 
 from pipeline.errors import InputError
-from pipeline.workflow.lock import only_run
+from pipeline.workflow.start import only_run
 
 STAGES = (
     "load_test", "mooring", "open_water", "propeller", "drive", "static", "inverse", "allocation",

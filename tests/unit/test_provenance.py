@@ -228,7 +228,7 @@ def test_code_digest_refuses_an_unknown_module() -> None:
 
 
 def test_what_the_package_offers_to_notebooks_is_no_part_of_a_stage() -> None:
-    members, _ = provenance._closure(["pipeline.stages.mooring"])
-    assert provenance.PACKAGE / "stages/mooring.py" in members
+    members, _ = provenance._closure(["pipeline.stages.bench_records"])
+    assert provenance.PACKAGE / "stages/bench_records.py" in members
     assert provenance.PACKAGE / "library.py" not in members
     assert not any("diagnose" in member.parts for member in members)

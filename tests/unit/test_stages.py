@@ -10,7 +10,7 @@ from pipeline.plan import RECORD_STAGES
 from pipeline.provenance import Envelope, file_digest, read_raw_envelope, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.fits import Check, DriveFit
-from pipeline.stages import drive, mooring, open_water, propeller, tables
+from pipeline.stages import bench_fits, bench_records, tables
 from pipeline.stages.job import Job, NotMeasuredError, write_record
 
 VEHICLE = """\
@@ -44,8 +44,8 @@ def written(stage: str) -> dict[str, object]:
 
 @pytest.mark.usefixtures("here")
 def test_absence_is_told_once_along_the_chain() -> None:
-    open_water.run(job("open_water"))
-    propeller.run(job("propeller", "processed/a/open_water.json"))
+    bench_records.run(job("open_water"))
+    bench_fits.run(job("propeller", "processed/a/open_water.json"))
     reason = str(written("propeller")["why_not"])
     assert written("open_water")["why_not"] == "There are no open-water files in raw/a/open_water."
     assert reason == (
@@ -68,7 +68,7 @@ def test_absent_files_are_said_to_be_absent_where_the_vehicle_lies(here: Path) -
         (vehicle, f"{here}/bench/boat"),
         (Path("bench/boat/vehicle.yaml"), "bench/boat"),
     ):
-        mooring.run(Job("mooring", "a", "c0", (path,), Path("processed/a/mooring.json")))
+        bench_records.run(Job("mooring", "a", "c0", (path,), Path("processed/a/mooring.json")))
         assert written("mooring")["why_not"] == f"There are no mooring files in {shown}/mooring."
 
 
@@ -156,7 +156,7 @@ def test_mooring_stage_reads_what_is_good_and_names_what_is_not(here: Path) -> N
     rows = [f"{code},{0.002 * code * abs(code):.3f}" for code in range(-120, 121, 20)]
     (folder / "good.csv").write_text("code,thrust (N)\n" + "\n".join(rows) + "\n")
     (folder / "bad.xlsx").write_bytes(b"PK\x03\x04 cut short")
-    mooring.run(job("mooring", "raw/a/mooring/bad.xlsx", "raw/a/mooring/good.csv"))
+    bench_records.run(job("mooring", "raw/a/mooring/bad.xlsx", "raw/a/mooring/good.csv"))
     record = written("mooring")["record"]
     assert isinstance(record, dict)
     assert {point["source"]["file"] for point in record["points"]} == {"a/mooring/good.csv"}
@@ -182,7 +182,7 @@ def test_tables_say_what_is_missing() -> None:
 def test_drive_stage_refuses_a_half_written_input() -> None:
     Path("processed/a").mkdir(parents=True)
     Path("processed/a/load_test.json").write_text('{"schema": "rig2sea/load_te')
-    drive.run(job("drive", "processed/a/load_test.json"))
+    bench_fits.run(job("drive", "processed/a/load_test.json"))
     assert "half-written" in str(written("drive")["why_not"])
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.actions import bench_diagnosis
 from pipeline.actions.bench_diagnosis import diagnose_table
-from pipeline.actions.diagnosis_request import DiagnosisRequest
+from pipeline.actions.diagnosis import DiagnosisRequest
 from pipeline.errors import CannotComputeError, InputError
 
 VEHICLE = """\

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.actions import diagnosis
-from pipeline.actions.diagnosis import diagnose_to_files
-from pipeline.actions.diagnosis_request import DiagnosisRequest
+from pipeline.actions.diagnosis import DiagnosisRequest, diagnose_to_files
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError

@@ -7,8 +7,7 @@ from typing import cast
 import pytest
 
 from pipeline.actions import diagnosis
-from pipeline.actions.diagnosis import _write_overlays
-from pipeline.actions.diagnosis_request import DiagnosisRequest
+from pipeline.actions.diagnosis import DiagnosisRequest, _write_overlays
 from pipeline.actions.simulation_request import SimulationRequest
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated

@@ -10,7 +10,7 @@ from pipeline.errors import InputError
 from pipeline.provenance import write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report import html
-from pipeline.stages.diagnosis_links import RECEIPT, Question, diagnosis_links
+from pipeline.stages.index_page import RECEIPT, Question, diagnosis_links
 
 ASKED = Question(("raw/mmt300/pool/dive.mcap",))
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from evaluation.identification.coverage import Campaign, simulated_runs
-from pipeline.actions.identification_text import _quality
 from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.commands.identify import _quality
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.corrected_file import file_changes
 from pipeline.identify.whole_vehicle import identify_vehicle

@@ -8,7 +8,7 @@ from pipeline.records.fit_values import static_thrust
 from pipeline.records.measurements import MooringRecord
 from pipeline.records.mooring_gap import code_gaps
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
-from pipeline.report.sections.gap import gap_section
+from pipeline.report.sections.static import gap_section
 
 
 def shifted(record: MooringRecord, static, offset_n: float) -> MooringRecord:  # noqa: ANN001

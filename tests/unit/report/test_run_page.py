@@ -11,8 +11,7 @@ import run_records
 from pipeline.errors import Place
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES
 from pipeline.report.results import VehicleResults
-from pipeline.report.run_page import run_page
-from pipeline.report.sections.run_health import commands_figure
+from pipeline.report.run_page import commands_figure, run_page
 from pipeline.stages.run_page import overlay_label
 
 CRUMBS = (("All vehicles", "../../index.html"),)

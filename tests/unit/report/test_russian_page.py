@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import diagnosis_records
 import pytest
 
-from pipeline.actions.diagnosis import diagnosis_text
+from pipeline.commands.diagnose import diagnosis_text
 from pipeline.language import translate
 from pipeline.reader_language import use
 from pipeline.records.diagnosis import DiagnosisRecord

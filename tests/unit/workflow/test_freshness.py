@@ -7,7 +7,7 @@ import pytest
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
 from pipeline.records.base import Record
-from pipeline.stage_table import STAGES, needed_for, stages_of
+from pipeline.stage_table import STAGES, module_of, needed_for, stages_of
 from pipeline.workflow.known_files import due_stages, remove_results
 
 BOAT = VehicleFolder("boat", "raw/boat")
@@ -32,7 +32,7 @@ def place(tmp_path: Path) -> Path:
         if not STAGES[stage].needs:
             name = f"raw/boat/{stage}/a.csv"
             inputs[name] = file_digest(tmp_path / name)
-        code = code_digest(f"pipeline.stages.{stage}")
+        code = code_digest(module_of(stage))
         made = Envelope[Record](stage, "boat", inputs, code, None, "not needed")
         write_envelope(tmp_path / processed_file("boat", stage), made)
     return tmp_path

@@ -16,6 +16,7 @@ from pipeline.provenance import (
     tables_text,
     write_atomically,
 )
+from pipeline.stage_table import module_of
 from pipeline.workflow.cell import Cell
 from pipeline.workflow.lineage import lineage
 from pipeline.workflow.why import as_text, to_json, why
@@ -47,7 +48,7 @@ def out(tmp_path: Path) -> Path:
             "schema": schema_of(stage),
             "version": "0.1.0",
             "inputs": {name: file_digest(tmp_path / name) for name in names},
-            "code": code_digest(f"pipeline.stages.{stage}"),
+            "code": code_digest(module_of(stage)),
             "record": record,
             "record_sha256": content_digest(record),
             "why_not": None,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.errors import InputError
-from pipeline.workflow.lock import only_run
+from pipeline.workflow.start import only_run
 
 
 def test_second_run_is_told_who_is_at_work(tmp_path: Path) -> None:

@@ -11,12 +11,11 @@ from pipeline.journal import VARIABLE, Event, Reader, note
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
-from pipeline.stages.receipt import FirmwareFiles
+from pipeline.stages.job import FirmwareFiles
 from pipeline.workflow import one_result
-from pipeline.workflow.outcome import Outcome, faults_behind, outcome_of
+from pipeline.workflow.outcome import Outcome, Result, faults_behind, outcome_of, summary
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Result, RunRequest
-from pipeline.workflow.summary import summary
+from pipeline.workflow.run import RunRequest
 
 STARTED = Event("started", "boat", "static")
 DONE = Event("done", "boat", "static", "", 1.25)

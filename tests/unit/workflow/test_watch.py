@@ -12,10 +12,9 @@ from pipeline.journal import Event
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.trial import PageReceipt
-from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.outcome import Outcome, Result, page_lines
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Result, RunRequest
-from pipeline.workflow.summary import page_lines
+from pipeline.workflow.run import RunRequest
 from pipeline.workflow.watch import UNCLOSED_FACTOR, Habits, Watcher
 
 SETTLE_S = 3.0

@@ -1,4 +1,4 @@
-"""A pool run -> what is the matter with it by itself: against its reference or the vehicle file."""
+"""What is the matter: with a pool run by itself, and with the runs of a day together."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
+from pipeline.ingest.same_run import repeated_runs
 from pipeline.provenance import read_envelope
-from pipeline.records.day_findings import RunDiagnosis, day_findings
+from pipeline.records.day_findings import DayDiagnosis, RunDiagnosis, agree, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.reference import ReferenceRecord
 from pipeline.records.run_table import RunTable
@@ -23,6 +24,7 @@ from pipeline.types import FloatArray
 if TYPE_CHECKING:
     from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 
+
 #: Seconds of run that a diagnosis takes in this workflow; `rig2sea diagnose` takes whole runs.
 BUDGET_S = 80.0
 #: Sound runs without which there is no reference.
@@ -34,7 +36,12 @@ FILE = "the vehicle file"
 
 
 @leaves_record
-def run(job: Job) -> RunDiagnosis | tuple[RunDiagnosis, str]:
+def run(job: Job) -> RunDiagnosis | DayDiagnosis | tuple[RunDiagnosis, str]:
+    """Diagnose the run or the day that the stage is made for."""
+    return _of_run(job) if job.stage == "run_diagnosis" else _of_day(job)
+
+
+def _of_run(job: Job) -> RunDiagnosis | tuple[RunDiagnosis, str]:
     """Diagnose the run; where that cannot be, leave why."""
     stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
     found = RunDiagnosis(vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=FILE)
@@ -143,3 +150,63 @@ def beginning(table: RunTable, code_max: FloatArray, seconds: float) -> RunTable
         first_s = float(table.time_s[there[0]]) if there.size else 0.0
     end = int(np.searchsorted(table.time_s, first_s + seconds))
     return table.rows(0, end)
+
+
+#: Seconds of each run that the diagnosis of all together takes.
+TOGETHER_S = 40.0
+_APART = "the runs do not agree, so no answer holds for all of them."
+
+
+def _of_day(job: Job) -> DayDiagnosis:
+    """Combine the answers of the runs; diagnose them together where they agree."""
+    own = [
+        (name, envelope.record, envelope.why_not or "")
+        for name, envelope in job.all_in("run_diagnoses", "run_diagnosis", RunDiagnosis)
+    ]
+    alone = {name: one.record for name, one, _ in own if one is not None and one.record is not None}
+    without = {
+        name: one.why_not if one is not None else why for name, one, why in own if name not in alone
+    }
+    together, why_not, against = _together(job, alone)
+    told = [one.against for _, one, _ in own if one is not None and one.record is not None]
+    next_run = together.next_run if together is not None else None
+    findings = day_findings(alone, together)
+    if next_run is None and findings:
+        next_run = alone[findings[0].runs[0]].next_run
+    return DayDiagnosis(
+        vehicle=job.vehicle_name,
+        day=job.output.stem,
+        against=against or next(iter(dict.fromkeys(told)), ""),
+        findings=findings,
+        together=together,
+        why_not_together=why_not,
+        without=without,
+        next_run=next_run,
+        why_not="" if alone else next(iter(without.values()), "the day has no runs."),
+    )
+
+
+def _together(
+    job: Job, alone: dict[str, DiagnosisRecord]
+) -> tuple[DiagnosisRecord | None, str, str]:
+    """Diagnose all runs as one; else say why not. The last is what it is told against."""
+    if len(alone) < 2:
+        return None, "there is one run.", ""
+    if not agree(alone):
+        return None, _APART, ""
+    stored = {
+        name: one.record
+        for name, one in job.all_in("pool", "pool_run", StoredRun)
+        if one.record is not None
+    }
+    copies = repeated_runs({name: stored[name] for name in alone})
+    try:
+        vehicle = to_diagnose(job)
+        healthy = sound_beside(job, vehicle, [*alone])
+        tables = [measured(stored[name], vehicle) for name in alone if name not in copies]
+        record, _ = diagnosed(vehicle, tables, healthy, TOGETHER_S)
+    except CannotComputeError as error:
+        if is_of_the_machine(error):
+            raise
+        return None, str(error), ""
+    return record, "", told_against(record)

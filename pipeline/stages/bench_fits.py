@@ -1,0 +1,64 @@
+"""Records of the bench -> propeller, drive, static family, its inverse, the allocator's errors."""
+
+from pipeline.control.error_map import allocation_map
+from pipeline.errors import CannotComputeError
+from pipeline.identify.drive import fit_drive
+from pipeline.identify.inverse import inverse_characteristic
+from pipeline.identify.propeller import fit_propeller
+from pipeline.identify.static import static_characteristic
+from pipeline.plan import TITLES
+from pipeline.records.base import Record
+from pipeline.records.fits import (
+    DriveFit,
+    InverseCharacteristic,
+    PropellerFit,
+    StaticCharacteristic,
+)
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.records.validation import AllocationMap
+from pipeline.stages.job import Job, NotMeasuredError, write_record
+
+
+def run(job: Job) -> str:
+    """Compute what the stage is named after; curves that never meet are an error of the inputs."""
+    return write_record(job, lambda: _computed(job), failure_is_error=job.stage == "static")
+
+
+def _computed(job: Job) -> Record:
+    if job.stage == "propeller":
+        return fit_propeller(job.needed("open_water", OpenWaterRecord), job.vehicle())
+    if job.stage == "drive":
+        return fit_drive(job.needed("load_test", LoadTestRecord), job.vehicle())
+    if job.stage == "static":
+        propeller, drive = job.needed("propeller", PropellerFit), job.needed("drive", DriveFit)
+        return static_characteristic(propeller, drive, job.vehicle())
+    return _inverse(job) if job.stage == "inverse" else _allocation(job)
+
+
+def _inverse(job: Job) -> InverseCharacteristic:
+    """Fit the inverse from whatever of static characteristic and mooring test is there."""
+    static = job.envelope("static", StaticCharacteristic)
+    mooring = job.envelope("mooring", MooringRecord)
+    if static.record is None and mooring.record is None:
+        raise NotMeasuredError(
+            f"There is neither a {TITLES['static']} nor a {TITLES['mooring']}. "
+            f"{static.why_not} {mooring.why_not}"
+        )
+    return inverse_characteristic(static.record, mooring.record, job.vehicle())
+
+
+def _allocation(job: Job) -> AllocationMap:
+    """Compare the allocator with and without speed compensation."""
+    vehicle = job.vehicle()
+    if vehicle.allocator is None:
+        raise NotMeasuredError("The vehicle file has no allocator section.")
+    stern = {getattr(vehicle.allocator, role) for role in ("upper", "lower", "left", "right")}
+    types = {vehicle.type_of(one) or "" for one in vehicle.thrusters if one.name in stern}
+    if len(types) > 1:
+        raise CannotComputeError("The stern thrusters are of several types.")
+    (of_stern,) = types
+    of_type = job.of_type(of_stern)
+    vehicle = vehicle.model_copy(update={"tables": vehicle.of_type(of_stern).tables})
+    inverse = of_type.needed("inverse", InverseCharacteristic)
+    static = of_type.needed("static", StaticCharacteristic)
+    return allocation_map(vehicle, inverse, static)
