@@ -55,9 +55,7 @@ class FoundSide:
 def find_side(
     text: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
 ) -> FoundSide:
-    """Find and read what a text names, as the user wrote it.
-
-    `vehicle` is what it is of where the text does not say it; `tell` is told what is read.
+    """Find and read what a text names, of `vehicle` where it does not say of which.
 
     Raises
     ------
@@ -94,7 +92,8 @@ def _file(  # noqa: PLR0917 - what `find_side` was given
     tell: Callable[[str], None],
 ) -> FoundSide:
     """Read a log or a bench file."""
-    owner = vehicle or _folder_above(path)
+    above = (str(one) for one in path.resolve().parents if (one / VEHICLE_FILE).is_file())
+    owner = vehicle or next(above, None)
     if owner is None:
         raise UsageError(
             f"{path}: of which vehicle is it? There is no {VEHICLE_FILE} in the folders above; "
@@ -127,34 +126,21 @@ def _vehicles(raw: Path, out: Path) -> list[str]:
     return [one.name for one in discover(raw, out)[0]]
 
 
-def _folder_above(path: Path) -> str | None:
-    for folder in path.resolve().parents:
-        if (folder / VEHICLE_FILE).is_file():
-            return str(folder)
-    return None
-
-
 def _runs(
-    text: str,
-    owner: str,
-    logs: list[str],
-    folders: tuple[Path, Path],
-    tell: Callable[[str], None],
+    text: str, owner: str, logs: list[str], folders: tuple[Path, Path], tell: Callable[[str], None]
 ) -> FoundSide:
     raw, out = folders
     one = load_simulated(owner, raw, out)
     paths = find_logs(logs, one)
     read = [read_run(path, one, raw) for path in told_first(paths, tell)]
-    notes = []
-    for path in paths:
-        file = notes_file(path)
-        notes.append(None if file is None else read_run_notes(file, str(file)))
+    files = map(notes_file, paths)
+    notes = tuple(None if file is None else read_run_notes(file, str(file)) for file in files)
     holds = tuple(f"{run.name}, {run.seconds:.0f} s" for run, _ in read)
     return FoundSide(
         Side(name=text, kind="runs", vehicle=one.name, holds=holds),
         one,
         tuple(table for _, table in read),
-        tuple(notes),
+        notes,
         frozenset(run.sha256 for run, _ in read),
         vehicle=one.vehicle,
         file=one.file,
@@ -181,11 +167,8 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
     volts = _VOLTS.fullmatch(part)
     if volts:
         wanted = float(volts[1])
-        points = [
-            point
-            for point in points
-            if point.voltage_v is not None and abs(point.voltage_v - wanted) <= _VOLTAGE_APART
-        ]
+        apart = ((p, abs(p.voltage_v - wanted)) for p in points if p.voltage_v is not None)
+        points = [point for point, by in apart if by <= _VOLTAGE_APART]
     elif part:
         points = [point for point in points if point.thruster == part]
     if not points:
@@ -193,20 +176,14 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
         volts_there = sorted({round(p.voltage_v) for p in all_points if p.voltage_v is not None})
         there = [f"{one:g}V" for one in volts_there]
         there += sorted({p.thruster for p in all_points if p.thruster})
-        why = (
-            refused[0]
-            if refused
-            else f"There is {', '.join(there) or 'no point that can be used'}."
-        )
+        listed = ", ".join(there) or "no point that can be used"
+        why = refused[0] if refused else f"There is {listed}."
         raise UsageError(f"{text}: no point of the bench files is that. {why}")
     supply = sorted({round(p.voltage_v, 1) for p in points if p.voltage_v is not None})
     holds = [f"{len(points)} readings of {', '.join(path.name for path in files)}"]
     if supply:
-        holds.append(
-            f"supply {supply[0]:g} V"
-            if len(supply) == 1
-            else f"supply {supply[0]:g} to {supply[-1]:g} V"
-        )
+        upper = f" to {supply[-1]:g}" if len(supply) > 1 else ""
+        holds.append(f"supply {supply[0]:g}{upper} V")
     side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
     return FoundSide(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)
 

@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
 
 _AXES = "surge, sway, heave, roll, pitch, yaw"
 
-Calculator = Literal["balance", "propeller", "tether"]
 _EXPECTED = "a YAML file with the inputs of the calculation."
 
 
@@ -113,7 +112,7 @@ def write_added_mass(found: AddedMassFound, to: Path) -> tuple[Path, Path]:
 class DesignRequest:
     """Which calculation, from which file; vehicles are looked for under `raw` and `out`."""
 
-    calculator: Calculator
+    calculator: str
     file: Path
     raw: Path = Path("raw")
     out: Path = Path()
@@ -220,12 +219,9 @@ def _held(one: TetherInput, request: DesignRequest) -> HeldVehicle | None:
 
 
 def held_vehicle(
-    vehicle: Vehicle,
-    packed: "PackedVehicle",
-    *,
-    heading_rad: float = 0.0,
+    vehicle: Vehicle, packed: "PackedVehicle", *, heading_rad: float = 0.0,
     attachment_m: FloatArray | None = None,
-) -> HeldVehicle:
+) -> HeldVehicle:  # fmt: skip
     """Put a packed vehicle and its file into what the tether calculation asks for."""
     from pipeline.simulate.context import model_of
 
@@ -283,12 +279,13 @@ def write_design(request: DesignRequest, found: Design, to: Path) -> tuple[Path,
 
 def result_lines(found: Design) -> list[str]:
     """Say in a few lines what was found, for the terminal."""
+    lines = [as_it_is(found.title)]
     if isinstance(found, BalanceDesign):
-        lines = _balance_lines(found)
+        lines += _balance_lines(found)
     elif isinstance(found, PropellerDesign):
-        lines = _propeller_lines(found)
+        lines += _propeller_lines(found)
     else:
-        lines = _tether_lines(found)
+        lines += _tether_lines(found)
     if found.printed:
         outside = [row for row in found.printed if not row.within_rounding]
         lines.append(
@@ -299,40 +296,34 @@ def result_lines(found: Design) -> list[str]:
 
 
 def _balance_lines(found: BalanceDesign) -> list[str]:
-    state = found.exact
+    state, small = found.exact, found.small_angle
     loads = ", ".join(f"{load.thruster} {load.thrust_n:.1f}" for load in state.loads)
-    small = found.small_angle
-    if small is None:
-        forces = (
-            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
-            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N"
-        )
-    else:
-        forces = (
-            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
-            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N (small angle: "
-            f"{small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
+    forces = (
+        f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
+        f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N"
+    )
+    if small is not None:
+        forces += (
+            f" (small angle: {small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
             f"{small.vertical_force_n:.1f} N)"
         )
     texts = [f"  {one.text}" for one in found.saturation]
-    return [as_it_is(found.title), forces, f"  thrusters: {loads} N", *texts]
+    return [forces, f"  thrusters: {loads} N", *texts]
 
 
 def _propeller_lines(found: PropellerDesign) -> list[str]:
-    lines = [as_it_is(found.title)]
     points = found.ranked if found.candidate is None else (*found.ranked, found.candidate)
-    lines += [
+    return [
         f"  {point.label}: Z {point.blades}, D {point.diameter_m:.4f} m, P/D "
         f"{point.pitch_ratio:.3f}, A_E/A_0 {point.area_ratio:.3f}, {point.shaft_speed_rpm:.0f} "
         f"rpm: {point.thrust_n:.1f} N, {point.torque_nm:.3f} N m, {point.power_w:.1f} W, "
         f"efficiency {point.efficiency:.3f}{', cavitates' if point.cavitates else ''}"
         for point in points
     ]
-    return lines
 
 
 def _tether_lines(found: TetherDesign) -> list[str]:
-    lines = [as_it_is(found.title)]
+    lines = []
     for variant in found.variants:
         x, y, z, whole = variant.largest_pull_n
         lines.append(

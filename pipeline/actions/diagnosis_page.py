@@ -10,7 +10,7 @@ from pipeline.plan import report_file
 from pipeline.provenance import unwritable
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
-from pipeline.report.html import address_from, placed
+from pipeline.report.html import address_from, crumbs, placed
 from pipeline.report.html import write_page as write_text
 from pipeline.stages.index_page import (
     RECEIPT,
@@ -36,27 +36,12 @@ def write_page(
     to: Path | None,
     files: Sequence[Path] = (),
 ) -> Path:
-    """Write the page of a diagnosis.
+    """Write the page of a diagnosis; returns where.
 
-    Parameters
-    ----------
-    record : DiagnosisRecord
-        The answer.
-    question : Question
-        What it was asked of.
-    out : Path
-        Folder of ``processed/`` and ``reports/``.
-    to : Path or None
-        Folder that the user asked for: gets ``diagnosis.html``. None: the page goes to
-        ``reports/<vehicle>/diagnoses/`` and the index of reports leads to it.
-    files : sequence of Path
-        What else was written, for the links of the page. Among the reports they are kept beside
-        it: what they lie in gets those of the next diagnosis.
-
-    Returns
-    -------
-    Path
-        The page.
+    A folder that the user asked for, `to`, gets ``diagnosis.html``. Without, the page goes to
+    ``reports/<vehicle>/diagnoses/``, by its question, and the index leads to it. Its links lead to
+    `files`, what else was written; among the reports these are kept beside it: what they lie in
+    gets those of the next diagnosis.
 
     Raises
     ------
@@ -70,13 +55,12 @@ def write_page(
         return page
     reports = out / "reports"
     page = reports / record.vehicle / "diagnoses" / question.name / "index.html"
-    crumbs = [("All vehicles", address_from(page, reports / "index.html"))]
     own = out / report_file(record.vehicle)
-    if own.is_file():
-        crumbs.append((record.vehicle, address_from(page, own)))
+    there = ((record.vehicle, own),) if own.is_file() else ()
+    trail = crumbs(page, *there, index=reports / "index.html")
     kept = _kept(files, page.parent)
     scripts = placed(reports / "assets", page)
-    text = diagnosis_page(record, crumbs=tuple(crumbs), files=_links(kept, page), assets=scripts)
+    text = diagnosis_page(record, crumbs=trail, files=_links(kept, page), assets=scripts)
     write_text(text, page)
     write_receipt(
         page.parent, DiagnosisReceipt(vehicle=record.vehicle, line=diagnosis_line(record))

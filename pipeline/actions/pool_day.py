@@ -17,7 +17,7 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import POOL, report_file
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
-from pipeline.report.html import address_from
+from pipeline.report.html import crumbs, placed, write_page
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.context import model_of
 from pipeline.vehicle.run_notes import run_of
@@ -36,15 +36,10 @@ class PoolDayFiles:
     flown: tuple[FlownOfPlan, ...]
 
 
-def plan_day(  # noqa: PLR0917 - what the command is given
-    vehicle: str,
-    minutes: float,
-    pool_m: tuple[float, float, float] | None,
-    to: Path | None,
-    raw: Path,
-    out: Path,
-    tell: Callable[[str], None],
-) -> PoolDayFiles:
+def plan_day(
+    vehicle: str, minutes: float, *, pool_m: tuple[float, float, float] | None, to: Path | None,
+    raw: Path, out: Path, tell: Callable[[str], None],
+) -> PoolDayFiles:  # fmt: skip
     """Plan a day, write its page, logs and codes, and hold the last plan against what was flown.
 
     Raises
@@ -87,17 +82,16 @@ def plan_day(  # noqa: PLR0917 - what the command is given
             metadata={"planned": planned.manoeuvre},
         )
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
-    from pipeline.report.html import placed, write_page
     from pipeline.report.pool_day_page import pool_day_page
 
     page = folder / PAGE
     own = out / report_file(one.name)
-    found = (("All vehicles", out / "reports/index.html"), (one.name, own))
+    index, there = out / "reports/index.html", ((one.name, own),) if own.is_file() else ()
     text = pool_day_page(
         record,
         flown,
         [run.trajectory for run in chosen.runs],
-        crumbs=tuple((label, address_from(page, file)) for label, file in found if file.is_file()),
+        crumbs=crumbs(page, *there, index=index)[not index.is_file() :],
         assets=placed(out / "reports/assets" if to is None else to / "assets", page),
     )
     write_page(text, page)
@@ -122,24 +116,15 @@ def flown_of_plan(file: Path, one: SimulatedVehicle) -> tuple[FlownOfPlan, ...]:
         own = next((log for log in logs if name in run_of(log).replace("_", "-")), None)
         if own is not None:
             logs.remove(own)
-        text = f"{planned.number}. {manoeuvre_words(planned.manoeuvre)}: "
-        text += f"flown as {run_of(own)}." if own is not None else "not flown."
-        found.append(
-            FlownOfPlan(
-                number=planned.number,
-                manoeuvre=planned.manoeuvre,
-                log=None if own is None else own.name,
-                text=text,
-            )
-        )
+        how = f"flown as {run_of(own)}." if own is not None else "not flown."
+        text = f"{planned.number}. {manoeuvre_words(planned.manoeuvre)}: {how}"
+        log, number = None if own is None else own.name, planned.number
+        found.append(FlownOfPlan(number=number, manoeuvre=planned.manoeuvre, log=log, text=text))
     return tuple(found)
 
 
 def _record(
-    one: SimulatedVehicle,
-    chosen: ChosenRuns,
-    minutes: float,
-    pool_m: tuple[float, float, float] | None,
+    one: SimulatedVehicle, chosen: ChosenRuns, minutes: float, pool_m: tuple[float, ...] | None
 ) -> PoolDay:
     runs = []
     for number, (run, helps) in enumerate(zip(chosen.runs, chosen.helps, strict=True), start=1):

@@ -32,18 +32,14 @@ def reference_text(record: ReferenceRecord) -> str:
     lines = [f"reference of {record.vehicle} from {len(record.runs)} sound runs:"]
     lines += [f"  {as_it_is(run.name)} ({run.because})" for run in record.runs]
     lines += ["", "by how much sound runs differ (standard deviation; before they were seen)"]
-    lines += [f"  {width_text(one)}" for one in most_changed(record.widths)[:_SHOWN]]
+    moved = sorted(record.widths, key=lambda one: one.learned / one.stated, reverse=True)
+    lines += [f"  {width_text(one)}" for one in moved[:_SHOWN]]
     lines += ["", "rms error of what was left out (each run in turn)"]
     lines += [f"  {row}" for row in prediction_rows(record.predictions)]
     verb = "is used by the diagnosis" if record.used else "is NOT used"
     lines += ["", f"The reference {verb}: {record.why}"]
     lines += [f"note: {note}" for note in record.notes]
     return "\n".join(lines)
-
-
-def most_changed(widths: Sequence[Width]) -> list[Width]:
-    """Widths that the runs moved most."""
-    return sorted(widths, key=lambda one: one.learned / one.stated, reverse=True)
 
 
 def width_text(one: Width) -> str:
@@ -58,14 +54,11 @@ def prediction_rows(predictions: Sequence[Prediction]) -> list[str]:
     for row in predictions:
         place = (row.quantity, row.ahead_s, row.unit)
         found.setdefault(place, []).append(f"{row.method} {row.rmse:.3g}")
+    words = {"angular_velocity": "rates"}
     return [
-        f"{_word(quantity)}, {seconds:g} s ahead [{unit}]: {', '.join(texts)}"
+        f"{words.get(quantity, quantity)}, {seconds:g} s ahead [{unit}]: {', '.join(texts)}"
         for (quantity, seconds, unit), texts in found.items()
     ]
-
-
-def _word(quantity: str) -> str:
-    return "rates" if quantity == "angular_velocity" else quantity
 
 
 @dataclass(frozen=True)

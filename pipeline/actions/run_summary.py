@@ -42,11 +42,8 @@ class TetherSummary:
 
 def summarise_tether(tether: TetherLog) -> TetherSummary:
     """Sum up what a tether did."""
-    return TetherSummary(
-        tension_at_vehicle_n=_range(tether.lower_tension_n),
-        tension_at_top_n=_range(tether.top_tension_n),
-        paid_out_m=_range(tether.paid_out_m),
-    )
+    ends = (tether.lower_tension_n, tether.top_tension_n, tether.paid_out_m)
+    return TetherSummary(*map(_range, ends))
 
 
 @dataclass(frozen=True)
@@ -75,10 +72,7 @@ def latch_doubts(loads: Sequence[LatchLoad]) -> list[str]:
 
 
 def summarise(
-    trajectory: Trajectory,
-    log: Log,
-    packed: PackedVehicle,
-    vector: FloatArray,
+    trajectory: Trajectory, log: Log, packed: PackedVehicle, vector: FloatArray
 ) -> RunSummary:
     """Sum up the true motion of a run, at its parameter `vector`, and what was measured of it."""
     x, y = trajectory.quaternion[:, 1], trajectory.quaternion[:, 2]

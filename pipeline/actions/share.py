@@ -16,19 +16,13 @@ _IMAGE = re.compile(r'(<img\b[^>]*\ssrc=")([^":]+)(")')
 _KINDS = {".png": "image/png", ".jpg": "image/jpeg", ".svg": "image/svg+xml"}
 #: Everything is in the file itself.
 _ALONE = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+_OUTSIDE = frozenset({"https", "http", "mailto"})
 _HTML, _PDF = ".html", ".pdf"
 INSTALL = "python -m pip install 'rig2sea[pdf]'"
 
 
 def find_page(text: str, out: Path) -> Path:
-    """Find a page: a file, or the page of a vehicle, a day or a run by its name.
-
-    Parameters
-    ----------
-    text : str
-        A path, VEHICLE, DAY, RUN, or VEHICLE/DAY.
-    out : Path
-        Folder of ``reports/``.
+    """Find a page: a file, or in ``reports/`` of `out` that of VEHICLE, DAY, RUN, or VEHICLE/DAY.
 
     Raises
     ------
@@ -89,16 +83,9 @@ def share(page: Path, to: Path) -> int:
 
 
 def alone(text: str, folder: Path, *, scripts: bool = True) -> str:
-    """Take what a page refers to into it; what would lead elsewhere becomes plain text.
+    """Take what a page in a folder refers to into it; what would lead elsewhere becomes plain text.
 
-    Parameters
-    ----------
-    text : str
-        The page, as HTML.
-    folder : Path
-        Where it lies.
-    scripts : bool
-        False: without the scripts, for paper.
+    Without `scripts` for paper.
     """
 
     def script(match: re.Match[str]) -> str:
@@ -113,11 +100,7 @@ def alone(text: str, folder: Path, *, scripts: bool = True) -> str:
         return f"{match[1]}data:{kind};base64,{data}{match[3]}"
 
     def link(match: re.Match[str]) -> str:
-        inside = match[2].startswith("#") or urlsplit(match[2]).scheme in {
-            "https",
-            "http",
-            "mailto",
-        }
+        inside = match[2].startswith("#") or urlsplit(match[2]).scheme in _OUTSIDE
         return match[0] if inside else f"<span>{match[4]}</span>"
 
     text = _IMAGE.sub(image, _LINK.sub(link, text))

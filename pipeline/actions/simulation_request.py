@@ -2,7 +2,6 @@
 
 import difflib
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -69,7 +68,8 @@ def replay(
             f"the log is {log.end_s:.0f} s long; at most {LONGEST_S:.0f} s are simulated at a "
             "time.\nCut it, e.g. with mcap filter --start --end."
         )
-    notes = _ignored(log.names, one.packed.thruster_names)
+    more = [name for name in log.names if name not in one.packed.thruster_names]
+    notes = [f"the log also commands {', '.join(more)}: left out."] if more else []
     state = initial_state()
     if log.start is None:
         notes.append("the log does not say how the vehicle started: taken at rest at the origin.")
@@ -96,11 +96,6 @@ def replay(
         one.packed, codes, schedule.change, times, dt_s=step_s, start=state, mover=mover
     )
     return changed, notes
-
-
-def _ignored(names: Sequence[str], known: Sequence[str]) -> list[str]:
-    more = [name for name in names if name not in known]
-    return [f"the log also commands {', '.join(more)}: left out."] if more else []
 
 
 def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> CodeAllocator:
@@ -194,8 +189,12 @@ def check_request(request: SimulationRequest) -> None:
     start_time_ns(request)
     if request.seed < 0:
         raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
-    if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
-        raise UsageError(_unknown_manoeuvre(request.manoeuvre))
+    name = request.manoeuvre
+    if name is not None and name not in MANOEUVRES:
+        near = difflib.get_close_matches(name.replace("-", "_"), MANOEUVRES, n=1, cutoff=0.5)
+        hint = f' Did you mean "{near[0]}"?' if near else ""
+        there = ", ".join(MANOEUVRES)
+        raise UsageError(f'there is no manoeuvre "{name}".{hint} There are {there}.')
     if request.log is not None:
         _check_replay(request, request.log)
     if is_of_others(request.to):
@@ -230,7 +229,7 @@ def start_time_ns(request: SimulationRequest) -> int:
 
 def _check_replay(request: SimulationRequest, log: Path) -> None:
     """Refuse what the commands of a log leave no room for, and a log that would be lost."""
-    if _same_file(request.to, log):
+    if request.to.exists() and log.exists() and request.to.samefile(log):
         raise UsageError(
             f"--to {request.to}: this is the log of --run, and would be replaced. Name another "
             "file."
@@ -246,17 +245,6 @@ def _check_replay(request: SimulationRequest, log: Path) -> None:
                 f"{option} shapes a manoeuvre. The commands of a log are simulated as they were "
                 "given, from the first to the last: leave it out, or give --manoeuvre NAME."
             )
-
-
-def _same_file(one: Path, other: Path) -> bool:
-    """Tell whether two names, of which either may lead nowhere, are those of one file."""
-    return one.exists() and other.exists() and one.samefile(other)
-
-
-def _unknown_manoeuvre(name: str) -> str:
-    near = difflib.get_close_matches(name.replace("-", "_"), MANOEUVRES, n=1, cutoff=0.5)
-    hint = f' Did you mean "{near[0]}"?' if near else ""
-    return f'there is no manoeuvre "{name}".{hint} There are {", ".join(MANOEUVRES)}.'
 
 
 def parse_events(request: SimulationRequest) -> list[PayloadEvent]:

@@ -66,21 +66,8 @@ def check_paths(
 ) -> Findings:
     """Read everything that the paths name.
 
-    Parameters
-    ----------
-    paths : sequence of str
-        Raw files, folders of them, vehicle folders, or names of vehicles under `raw`.
-    raw : Path
-        The raw folder.
-    vehicle_file : Path, optional
-        The vehicle file to read by, instead of the one in the vehicle's folder.
-    tell : callable
-        Is told each file, or folder of files, before it is read.
-
-    Returns
-    -------
-    Findings
-        What was understood and every problem.
+    They are raw files, folders of them, vehicle folders, or names of vehicles under `raw`, read by
+    `vehicle_file` or the one in the vehicle's folder. `tell` is told each before it is read.
 
     Raises
     ------
@@ -110,16 +97,14 @@ class _Reader:
     """
 
     def __init__(
-        self,
-        findings: Findings,
-        vehicle_file: Path | None,
-        tell: Callable[[str], None],
-        raw: Path,
+        self, findings: Findings, vehicle_file: Path | None, tell: Callable[[str], None], raw: Path
     ) -> None:
-        self._raw = raw
-        self._findings = findings
-        self._vehicle_file = vehicle_file
-        self._tell = tell
+        self._findings, self._vehicle_file, self._tell, self._raw = (
+            findings,
+            vehicle_file,
+            tell,
+            raw,
+        )
         self._vehicles: dict[Path | None, Vehicle | None] = {}
         self._typed: dict[Path, Vehicle] = {}
         self._files: dict[Path, RawFile] = {}

@@ -38,23 +38,11 @@ def is_notes(path: Path) -> bool:
 
 
 def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> tuple[RunFinding, RunTable | None]:
-    """Read a log as the workflow would.
+    """Read a log as the workflow would, its channels mapped by a vehicle.
 
-    Parameters
-    ----------
-    path : Path
-        The log; messages name it as given.
-    vehicle : Vehicle
-        What its channels are mapped by.
-    kind_from : str
-        What told that it is a pool run: "folder" or "suffix".
-
-    Returns
-    -------
-    RunFinding
-        With the one reason why it cannot be read, or its record and what is wrong with it.
-    RunTable or None
-        Its channels on one time base, where they can be put onto one.
+    `kind_from` told that it is a pool run: "folder" or "suffix". Returns the one reason why it
+    cannot be read, or its record and what is wrong with it; and its channels on one time base, None
+    where they cannot be put onto one.
     """
     # of use with logs alone: a check of bench files is done before this is imported
     from pipeline.ingest.pool_run import read_pool_run, resample, summarize

@@ -26,15 +26,9 @@ class Proposal:
 
     def difference(self) -> str:
         """Return the lines that change, as `diff -u` shows them."""
-        return "".join(
-            difflib.unified_diff(
-                self.before.splitlines(keepends=True),
-                self.after.splitlines(keepends=True),
-                str(self.file),
-                str(self.file),
-                n=2,
-            )
-        )
+        before, after = (text.splitlines(keepends=True) for text in (self.before, self.after))
+        name = str(self.file)
+        return "".join(difflib.unified_diff(before, after, name, name, n=2))
 
 
 def lines_of(files: Sequence[FileFinding]) -> dict[str, str]:
@@ -56,19 +50,9 @@ def as_lines(kind: str, lines: Lines) -> list[str]:
 
 
 def proposals(findings: Findings, vehicle_file: Path | None = None) -> list[Proposal]:
-    """Put what was understood of all files into the text of their vehicle files.
+    """Put what was understood of all files into the text of their vehicle files, or `vehicle_file`.
 
-    Parameters
-    ----------
-    findings : Findings
-        Of a check.
-    vehicle_file : Path, optional
-        The vehicle file of the check, where it is not the one beside the files.
-
-    Returns
-    -------
-    list of Proposal
-        One for each vehicle file that changes. What it states already stays as it is.
+    Returns a proposal for each that changes; what it states already stays as it is.
 
     Raises
     ------

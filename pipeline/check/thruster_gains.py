@@ -15,12 +15,7 @@ def gains_of_checked(
 ) -> list[GainsFinding]:
     """Compute the gains of the runs of each vehicle file together.
 
-    Parameters
-    ----------
-    runs : sequence of (RunFinding, RunTable or None, Path or None)
-        What was read of each run, its channels on one time base, and the file of its vehicle.
-    raw : Path
-        The raw folder.
+    Of each run what was read, its channels on one time base, and the file of its vehicle.
     """
     groups: dict[Path, list[tuple[RunFinding, RunTable]]] = {}
     for finding, table, file in runs:
@@ -35,22 +30,13 @@ def _of_vehicle(file: Path, rows: Sequence[tuple[RunFinding, RunTable]], raw: Pa
     from pipeline.inputs.simulated_vehicle import load_simulated
 
     tables = [table for _, table in rows]
+    notes = (None if finding.record is None else finding.record.notes for finding, _ in rows)
+    sound = [t for t, own in zip(tables, notes, strict=True) if own and own.healthy is True]
     try:
         one = load_simulated(str(file.parent), raw, Path())
-        return GainsFinding(str(file), gains_of_runs(one, tables, _sound(rows)))
+        return GainsFinding(str(file), gains_of_runs(one, tables, sound))
     except (CannotComputeError, InputError, UsageError) as error:
         return GainsFinding(str(file), None, str(error).splitlines()[0])
-
-
-def _sound(rows: Sequence[tuple[RunFinding, RunTable]]) -> list[RunTable]:
-    """Return the runs that their notes call healthy."""
-    return [
-        table
-        for finding, table in rows
-        if finding.record is not None
-        and finding.record.notes is not None
-        and finding.record.notes.healthy is True
-    ]
 
 
 def summary(found: GainsFinding) -> Mapping[str, object]:
@@ -67,13 +53,7 @@ _ALL = "all"
 
 
 def gains_text(gains: ThrusterGains) -> list[str]:
-    """Return a table of all runs, what is against a reference, and what was found.
-
-    Parameters
-    ----------
-    gains : ThrusterGains
-        Of any number of runs.
-    """
+    """Return a table of all runs, what is against a reference, and what was found."""
     if not gains.runs:
         why = "; ".join(f"{run}: {text}" for run, text in gains.why_no_run.items())
         return [f"Gains of the thrusters: not computed ({why})"] if why else []

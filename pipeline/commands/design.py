@@ -1,7 +1,6 @@
 """``rig2sea design``."""
 
 from pathlib import Path
-from typing import Literal
 
 import click
 
@@ -28,15 +27,9 @@ _CALCULATORS = ("balance", "propeller", "tether", "added-mass")
 @folder("--raw", "raw", "Where a vehicle that FILE names is looked for.  [default: raw]")
 @folder("--out", "", "Folder that holds processed/ and reports/.  [default: here]")
 def design(
-    *,
-    calculator: Literal["balance", "propeller", "tether", "added-mass"],
-    file: Path | None,
-    example: str | None,
-    to: Path | None,
-    as_json: bool,
-    raw: Path,
-    out: Path,
-) -> None:
+    *, calculator: str, file: Path | None, example: str | None, to: Path | None, as_json: bool,
+    raw: Path, out: Path,
+) -> None:  # fmt: skip
     r"""Calculate before building: thruster loads, a propeller, a tether's pull, added masses.
 
     balance: angle of attack and load of each stern thruster with residual buoyancy under way.
@@ -77,9 +70,8 @@ def design(
     found = compute_design(request)
     if as_json:
         print_json(design_json(request, found))
-        if to is None:
-            return
-        write_design(request, found, to)
+        if to is not None:
+            write_design(request, found, to)
         return
     page, data = write_design(request, found, out / "reports/design" if to is None else to)
     warn(found.warnings)

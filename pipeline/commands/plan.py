@@ -1,7 +1,7 @@
 """``rig2sea plan``."""
 
 import re
-from pathlib import Path
+from typing import Any
 
 import click
 
@@ -27,16 +27,7 @@ _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
 @AS_JSON
 @RAW
 @OUT
-def plan(
-    *,
-    vehicle: str,
-    minutes: float,
-    pool: str | None,
-    to: Path | None,
-    as_json: bool,
-    raw: Path,
-    out: Path,
-) -> None:
+def plan(*, pool: str | None, as_json: bool, **asked: Any) -> None:  # noqa: ANN401 - as `plan_day`
     r"""Plan the next pool day: the shortest list of manoeuvres that determines the parameters.
 
     Each manoeuvre is flown in simulation, inside the pool; the list grows by what helps most, until
@@ -58,7 +49,7 @@ def plan(
 
     room = None if found is None else (float(found[1]), float(found[2]), float(found[3]))
     with telling() as tell:
-        made = plan_day(vehicle, minutes, room, to, raw, out, tell)
+        made = plan_day(pool_m=room, tell=tell, **asked)
     if as_json:
         last = [one.model_dump() for one in made.flown]
         print_json({**made.record.model_dump(mode="json"), "last": last})

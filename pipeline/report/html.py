@@ -130,6 +130,15 @@ def address_from(page: Path, file: Path | str) -> str:
     return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
 
 
+def crumbs(
+    page: Path, *after: tuple[str, Path | str], index: Path | str = "reports/index.html"
+) -> tuple[tuple[str, str], ...]:
+    """Return the way back from a page: label and address of the index and what lies between."""
+    return tuple(
+        (name, address_from(page, file)) for name, file in (("All vehicles", index), *after)
+    )
+
+
 LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
 
 

@@ -1,7 +1,6 @@
 """What is the matter: with a pool run by itself, and with the runs of a day together."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from pipeline.records.trial import StoredRun
 from pipeline.report.plain_words import short_finding
 from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, leaves_record
-from pipeline.stages.run_table_file import read_tables
+from pipeline.stages.run_table_file import stored_table
 from pipeline.types import FloatArray
 
 if TYPE_CHECKING:
@@ -80,8 +79,7 @@ def measured(stored: StoredRun, one: "SimulatedVehicle") -> RunTable:
     """Return the table of a run that was read, with what is known of it."""
     from pipeline.inputs.known_of_run import with_known
 
-    table = read_tables(Path(next(iter(stored.files))))["measured"]
-    return with_known(replace(table, name=stored.run), stored.notes, one)
+    return with_known(stored_table(stored), stored.notes, one)
 
 
 def sound_beside(job: Job, one: "SimulatedVehicle", asked: Sequence[str]) -> tuple[RunTable, ...]:

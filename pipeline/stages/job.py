@@ -78,6 +78,10 @@ class Job:
         """The folder that the vehicle's folder lies in."""
         return self.vehicle_file.parent.parent
 
+    def beside(self, ending: str) -> Path:
+        """Return the file of another kind that lies beside the result, under its name."""
+        return self.output.with_suffix(ending)
+
     def measured(self, read: Callable[[Sequence[Path], Vehicle, Path], RawRecord]) -> RawRecord:
         """Read the raw files of this stage's kind; the record names those that were refused.
 
@@ -180,22 +184,10 @@ class Job:
 
 
 def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:
-    """Compute a record and write its envelope; without a record, write the reason.
+    """Compute a record and write its envelope; without a record, write the reason and return it.
 
-    Parameters
-    ----------
-    job : Job
-        The stage's inputs and output.
-    compute : callable
-        Reads the inputs and returns the record.
-    failure_is_error : bool
-        True when a result that does not follow from complete inputs means that they contradict
-        each other; the run then ends with exit code 1.
-
-    Returns
-    -------
-    str
-        Empty, or the reason why there is no record.
+    `failure_is_error`: inputs that are complete and give no result contradict each other, and the
+    run ends with exit code 1.
 
     Raises
     ------
@@ -209,46 +201,24 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     try:
         with with_reason(TITLES.get(job.stage, job.stage)):
             record = compute()
-    except NotMeasuredError as error:
-        why_not = str(error)
-    except CannotComputeError as error:
-        if is_of_the_machine(error):
+    except (CannotComputeError, InputError) as error:
+        if is_of_the_machine(error) and not isinstance(error, NotMeasuredError):
             raise
         why_not = str(error)
-        if failure_is_error:
+        if isinstance(error, InputError):
+            problems = (error.problem,)
+        elif failure_is_error and not isinstance(error, NotMeasuredError):
             place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
             problems = (Problem("error", place, why_not),)
-    except InputError as error:
-        if is_of_the_machine(error):
-            raise
-        why_not = str(error)
-        problems = (error.problem,)
-    envelope = Envelope[Record](
-        kind=job.stage,
-        vehicle=job.vehicle_name,
-        inputs=digests,
-        code=job.code,
-        record=record,
-        why_not=why_not,
-        problems=problems,
+    made = Envelope[Record](
+        job.stage, job.vehicle_name, digests, job.code, record, why_not, problems
     )
-    write_envelope(job.output, envelope)
+    write_envelope(job.output, made)
     return "" if why_not is None else f"left out. {why_not}"
 
 
 def leaves_record(compute: Callable[[Job], Record | tuple[Record, str]]) -> Callable[[Job], str]:
-    """Make a stage of what computes its record; a text beside the record is told of it.
-
-    Parameters
-    ----------
-    compute : callable
-        Reads the inputs and returns the record, or record and text; see `write_record`.
-
-    Returns
-    -------
-    callable
-        Writes the envelope; returns the text, or the reason why there is no record.
-    """
+    """Make a stage of what computes its record, or record and what is told; see `write_record`."""
 
     @wraps(compute)
     def run(job: Job) -> str:

@@ -10,17 +10,8 @@ from pipeline.provenance import Envelope
 def page_provenance(envelopes: Iterable[Envelope[Any]], *, results: bool = False) -> dict[str, str]:
     """List the version, the digest of every raw file, and of the code of every stage.
 
-    Parameters
-    ----------
-    envelopes : iterable of Envelope
-        The results that the page shows; without any there is nothing to list.
-    results : bool
-        List the results that they were made from as well, where these read the raw files.
-
-    Returns
-    -------
-    dict of str
-        What it is, and its digest or version.
+    `envelopes` are those of the results that the page shows; `results`: list also the results that
+    these were made from.
     """
     shown = tuple(envelopes)
     files = {

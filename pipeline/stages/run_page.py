@@ -8,7 +8,7 @@ from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, PageReceipt, RunTrial, StoredRun
 from pipeline.report.glance import Flown, run_glance
-from pipeline.report.html import address_from, placed, write_page
+from pipeline.report.html import address_from, crumbs, placed, write_page
 from pipeline.report.results import RunResults
 from pipeline.report.run_page import run_line, run_page
 from pipeline.stages.job import Job, leaves_record
@@ -35,8 +35,11 @@ def run(job: Job) -> tuple[PageReceipt, str]:
         None if results.trial is None else results.trial.gains,
         unreadable=results.why_not_read,
     )
+    trail = [(job.vehicle_name, report_file(job.vehicle_name))]
+    if day:
+        trail.append((f"Trial day {day}", f"reports/{job.vehicle_name}/trials/{day}.html"))
     assets = placed(page.parents[2] / "assets", page)
-    write_page(run_page(results, _crumbs(job, page, day), assets, glance), page)
+    write_page(run_page(results, crumbs(page, *trail), assets, glance), page)
     write_page(page.read_text(encoding="utf-8"), kept)
     receipt = PageReceipt(
         kind="run",
@@ -86,13 +89,7 @@ def _results(
 
 
 def overlay_label(stored: StoredRun | None) -> str:
-    """Say what the log beside the page holds: of a large log the measured channels are not copied.
-
-    Parameters
-    ----------
-    stored : StoredRun or None
-        The log of the run; None where it could not be read.
-    """
+    """Say what the log beside the page holds: of a large one measured channels are not copied."""
     if stored is not None and stored.size_bytes > LARGEST_OVERLAY_BYTES:
         return "Log with simulated channels alone, to be opened with the run's own (MCAP)"
     return "Log with measured and simulated channels, for a log viewer (MCAP)"
@@ -105,13 +102,3 @@ def _tables(files: dict[str, str]) -> dict[str, RunTable]:
         if file.endswith(".npz")
         for name, table in read_tables(Path(file)).items()
     }
-
-
-def _crumbs(job: Job, page: Path, day: str) -> tuple[tuple[str, str], ...]:
-    files = [
-        ("All vehicles", "reports/index.html"),
-        (job.vehicle_name, report_file(job.vehicle_name)),
-    ]
-    if day:
-        files.append((f"Trial day {day}", f"reports/{job.vehicle_name}/trials/{day}.html"))
-    return tuple((label, address_from(page, file)) for label, file in files)

@@ -10,6 +10,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import numpy.typing as npt
 from pipeline.errors import InputError, Place
 from pipeline.provenance import write_atomically
 from pipeline.records.run_table import RunTable
+from pipeline.records.trial import StoredRun
 from pipeline.types import FloatArray
 
 _SCHEMA = "rig2sea/run_table/1"
@@ -40,14 +42,7 @@ _BROKEN = (
 
 
 def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
-    """Write tables under names, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        ``*.npz``.
-    tables : mapping of str to RunTable
-        Evenly spaced tables.
+    """Write evenly spaced tables under names into ``*.npz``, whole or not at all.
 
     Raises
     ------
@@ -55,7 +50,6 @@ def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
         When the place cannot be written.
     """
     arrays: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]] = {}
-    about: dict[str, object] = {"schema": _SCHEMA, "tables": {}}
     heads: dict[str, object] = {}
     for name, table in tables.items():
         step = float(np.median(np.diff(table.time_s))) if table.time_s.size > 1 else 0.0
@@ -76,10 +70,9 @@ def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
             arrays[f"{name}/{quantity}/valid"] = np.packbits(table.valid[quantity])
         for quantity, marks in table.reading.items():
             arrays[f"{name}/{quantity}/reading"] = np.packbits(marks)
-    about["tables"] = heads
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        text = json.dumps(about, sort_keys=True).encode()
+        text = json.dumps({"schema": _SCHEMA, "tables": heads}, sort_keys=True).encode()
         archive.writestr(zipfile.ZipInfo("about.json"), text)
         for member in sorted(arrays):
             inside = io.BytesIO()
@@ -112,18 +105,16 @@ def read_tables(path: Path) -> dict[str, RunTable]:
             about = _about(archive)
             return {name: _table(archive, name, head) for name, head in about["tables"].items()}
     except OSError as error:
-        raise InputError.at(
-            Place(str(path)),
-            f"cannot be read: {error.strerror or error}.",
-            remedy="Delete it and run again: rig2sea run",
-        ) from None
+        what, expected = f"cannot be read: {error.strerror or error}.", ""
     except _BROKEN:
-        raise InputError.at(
-            Place(str(path)),
-            "is not a whole file of tables.",
-            expected=f"arrays with the schema {_SCHEMA}.",
-            remedy="Delete it and run again: rig2sea run",
-        ) from None
+        what, expected = "is not a whole file of tables.", f"arrays with the schema {_SCHEMA}."
+    remedy = "Delete it and run again: rig2sea run"
+    raise InputError.at(Place(str(path)), what, expected=expected, remedy=remedy)
+
+
+def stored_table(stored: StoredRun) -> RunTable:
+    """Return what was measured in a run that was read; raises as `read_tables`."""
+    return replace(read_tables(Path(next(iter(stored.files))))["measured"], name=stored.run)
 
 
 def _about(archive: zipfile.ZipFile) -> dict[str, Any]:
@@ -135,8 +126,8 @@ def _about(archive: zipfile.ZipFile) -> dict[str, Any]:
     return about
 
 
-def _table(archive: zipfile.ZipFile, name: str, head: dict[str, object]) -> RunTable:
-    rows = int(str(head["rows"]))
+def _table(archive: zipfile.ZipFile, name: str, head: dict[str, Any]) -> RunTable:
+    rows = int(head["rows"])
     if not 0 <= rows <= _MOST_BYTES // 8:
         raise ValueError("rows")
 
@@ -147,23 +138,17 @@ def _table(archive: zipfile.ZipFile, name: str, head: dict[str, object]) -> RunT
     def flags(member: str) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         return np.unpackbits(array(member).astype(np.uint8), count=rows).astype(bool)
 
-    quantities = [str(one) for one in _list(head["quantities"])]
+    quantities = tuple(map(str, head["quantities"]))
     return RunTable(
         name=str(head["name"]),
         time_s=np.asarray(
-            float(str(head["first_s"])) + float(str(head["period_s"])) * np.arange(rows), float
+            float(head["first_s"]) + float(head["period_s"]) * np.arange(rows), float
         ),
         values={one: array(one).astype(float).reshape(rows, -1) for one in quantities},
         valid={one: flags(f"{one}/valid") for one in quantities},
-        notes=tuple(str(note) for note in _list(head["notes"])),
-        reading={str(one): flags(f"{one}/reading") for one in _list(head["reading"])},
-        thrusters=tuple(str(one) for one in _list(head["thrusters"])),
-        start_time_ns=int(str(head["start_time_ns"])),
+        notes=tuple(map(str, head["notes"])),
+        reading={one: flags(f"{one}/reading") for one in map(str, head["reading"])},
+        thrusters=tuple(map(str, head["thrusters"])),
+        start_time_ns=int(head["start_time_ns"]),
         left_out=head["left_out"] if isinstance(head["left_out"], dict) else {},
     )
-
-
-def _list(value: object) -> list[object]:
-    if not isinstance(value, list):
-        raise TypeError("a list is expected")
-    return value

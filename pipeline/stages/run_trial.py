@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 @leaves_record
 def run(job: Job) -> RunTrial:
     """Simulate the run; a vehicle without a model leaves why not, and the manoeuvres."""
-    for left in (_arrays(job), _overlay(job)):
-        left.unlink(missing_ok=True)
+    for ending in (".npz", ".mcap"):
+        job.beside(ending).unlink(missing_ok=True)
     stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
     table = read_tables(Path(next(iter(stored.files))))["measured"]
     vehicle = job.vehicle()
@@ -57,14 +57,6 @@ def run(job: Job) -> RunTrial:
     return found.model_copy(update={"warnings": trial_warnings(found)})
 
 
-def _arrays(job: Job) -> Path:
-    return job.output.with_name(f"{job.output.stem}.npz")
-
-
-def _overlay(job: Job) -> Path:
-    return job.output.with_name(f"{job.output.stem}.mcap")
-
-
 def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) -> RunTrial:
     model_of(job.vehicle())
     # the compiled kernel takes two seconds to load: only for vehicles that are flown
@@ -82,7 +74,7 @@ def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) ->
     table = with_known(table, stored.notes, one)
     flights = fly_trial(one.packed, sensors, table)
     predicted = predicted_table(one.packed, sensors, table, flights)
-    write_tables(_arrays(job), {"windows": predicted})
+    write_tables(job.beside(".npz"), {"windows": predicted})
     notes = [*one.notes, *(() if table.known is None else table.known.notes)]
     try:
         notes += _write_overlay(job, stored, table, one.vehicle, one.packed, flights)
@@ -90,7 +82,7 @@ def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) ->
         if is_of_the_machine(error):
             raise
         notes.append(f"no log with measured and simulated channels was written: {error}")
-    files = [path for path in (_arrays(job), _overlay(job)) if path.is_file()]
+    files = [path for path in map(job.beside, (".npz", ".mcap")) if path.is_file()]
     return found.model_copy(
         update={
             "horizon_s": flights.horizon_s,
@@ -118,40 +110,30 @@ def _write_overlay(  # noqa: PLR0917 - one caller
     sensors = vehicle.sensors or Sensors()
     log = next(path for path in job.inputs if is_log_name(path.name))
     windows = sensor_log(packed, sensors, table, flights)
-    metadata = {
-        "simulated": f"windows of {flights.horizon_s:g} s under /sim",
-        "code": job.code,
-        "log_sha256": file_digest(log),
+    about: dict[str, Any] = {
+        "vehicle_name": job.vehicle_name,
+        "density_kgpm3": vehicle.water.density_kgpm3,
+        "gravity_mps2": vehicle.water.gravity_mps2,
+        "start_time_ns": table.start_time_ns,
+        "metadata": {
+            "simulated": f"windows of {flights.horizon_s:g} s under /sim",
+            "code": job.code,
+            "log_sha256": file_digest(log),
+        },
     }
     # a recording of another format is not copied into MCAP: what was simulated stands alone
     is_mcap = log.suffix.lower() == ".mcap"
     if stored.size_bytes > LARGEST_OVERLAY_BYTES or not is_mcap:
-        write_run_log(
-            _overlay(job),
-            {"command": windows["command"]},
-            vehicle_name=job.vehicle_name,
-            density_kgpm3=vehicle.water.density_kgpm3,
-            gravity_mps2=vehicle.water.gravity_mps2,
-            simulated={name: one for name, one in windows.items() if name != "command"},
-            metadata=metadata,
-            start_time_ns=table.start_time_ns,
-        )
+        simulated = {name: one for name, one in windows.items() if name != "command"}
+        command = {"command": windows["command"]}
+        write_run_log(job.beside(".mcap"), command, simulated=simulated, **about)
         return [
             (
                 f"the log has {stored.size_bytes / 1e9:.1f} GB and was not copied: open it "
                 "together with the log of the simulated channels."
             )
         ]
-    write_overlay(
-        _overlay(job),
-        RecordedFile(log, stored.file),
-        windows,
-        vehicle_name=job.vehicle_name,
-        density_kgpm3=vehicle.water.density_kgpm3,
-        gravity_mps2=vehicle.water.gravity_mps2,
-        start_time_ns=table.start_time_ns,
-        metadata=metadata,
-    )
+    write_overlay(job.beside(".mcap"), RecordedFile(log, stored.file), windows, **about)
     return []
 
 

@@ -1,6 +1,5 @@
 """The runs of one day -> what they together say of the vehicle's parameters."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +7,10 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.same_run import repeated_runs
 from pipeline.inputs.no_solution import with_reason
-from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
 from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, leaves_record
-from pipeline.stages.run_table_file import read_tables
-from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.stages.run_table_file import stored_table
 from pipeline.vehicle.sensor_schema import Sensors
 
 #: Seconds of run that one day's fit takes. A longer one is `rig2sea identify`.
@@ -42,7 +39,7 @@ def run(job: Job) -> TrialDay:
 
 
 def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
-    model_of(job.vehicle())
+    model = model_of(job.vehicle())
     # the compiled kernel takes two seconds to load: only for vehicles that are flown
     from pipeline.identify.day_choice import choose_stretches
     from pipeline.identify.whole_vehicle import identify_vehicle
@@ -51,14 +48,10 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     from pipeline.inputs.simulated_vehicle import load_simulated
 
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
-    tables: list[RunTable] = []
     copies = repeated_runs({run.run: run for run in stored})
-    for run_of_day in stored:
-        if run_of_day.run in copies:
-            continue
-        table = read_tables(Path(next(iter(run_of_day.files))))["measured"]
-        table = with_known(replace(table, name=run_of_day.run), run_of_day.notes, one)
-        tables.append(table)
+    tables = [
+        with_known(stored_table(run), run.notes, one) for run in stored if run.run not in copies
+    ]
     if not tables:
         raise CannotComputeError("No log of this day could be read.")
     healthy = {one.run for one in stored if one.notes is not None and one.notes.healthy is True}
@@ -79,15 +72,13 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
         return day.model_copy(
             update={"why_not": "No run of this day can be taken; what each lacks is listed below."}
         )
-    model = one.vehicle.model
-    doubts = model.uncertainty if model is not None else None
     try:
         with with_reason("the whole-vehicle fit"):
             found = identify_vehicle(
                 one.packed,
                 one.vehicle.sensors or Sensors(),
                 chosen,
-                uncertainty=doubts or Uncertainty(),
+                uncertainty=model.uncertainty,
                 suggest=False,
                 most_steps=MOST_STEPS,
                 correct=False,

@@ -10,7 +10,7 @@ from pipeline.records.day_findings import DayDiagnosis
 from pipeline.records.gains import PooledGain
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
-from pipeline.report.html import address_from, placed, write_page
+from pipeline.report.html import address_from, crumbs, placed, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.page import counted, with_glance
 from pipeline.report.results import DayResults
@@ -58,11 +58,8 @@ def run(job: Job) -> tuple[PageReceipt, str]:
             "code of trial_page": job.code,
         },
     )
-    crumbs = (
-        ("All vehicles", address_from(page, "reports/index.html")),
-        (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
-    )
-    write_page(day_page(results, crumbs, placed(page.parents[2] / "assets", page)), page)
+    trail = crumbs(page, (job.vehicle_name, report_file(job.vehicle_name)))
+    write_page(day_page(results, trail, placed(page.parents[2] / "assets", page)), page)
     errors, warnings = day_counts(results)
     fit = results.trial.identification
     receipt = PageReceipt(

@@ -96,11 +96,8 @@ def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[
     places of those `here`, in this execution, are kept in mind.
     """
     places = _remembered(state / _MEMORY) | {one.name: one.folder for one in here}
-    gone = tuple(
-        sorted(
-            name for name, folder in places.items() if not _is_there(out / folder / VEHICLE_FILE)
-        )
-    )
+    there = {name: _is_there(out / folder / VEHICLE_FILE) for name, folder in places.items()}
+    gone = tuple(sorted(name for name, is_there in there.items() if not is_there))
     kept = {name: folder for name, folder in places.items() if name not in gone}
     for name in gone:
         (out / processed_file(name, "vehicle_page")).unlink(missing_ok=True)

@@ -46,12 +46,10 @@ def to_folder(meaning: str, *, required: bool = False) -> Callable[[_F], _F]:
     return click.option("--to", type=kind, required=required, metavar="DIR", help=meaning)
 
 
-def to_file(
-    meaning: str, option: str = "--to", *, shown: str = "FILE", required: bool = False
-) -> Callable[[_F], _F]:
+def to_file(meaning: str, *, required: bool = False) -> Callable[[_F], _F]:
     """Make an option that takes a file to write."""
     kind = click.Path(path_type=Path, dir_okay=False)
-    return click.option(option, type=kind, required=required, metavar=shown, help=meaning)
+    return click.option("--to", type=kind, required=required, metavar="FILE", help=meaning)
 
 
 def several(option: str, metavar: str, meaning: str) -> Callable[[_F], _F]:
@@ -59,17 +57,8 @@ def several(option: str, metavar: str, meaning: str) -> Callable[[_F], _F]:
     return click.option(option, multiple=True, metavar=metavar, help=meaning)
 
 
-#: Parameters of commands that name what is written, by the user's will.
-_WRITTEN = ("to",)
-
-
 def keep_raw_apart(parameters: Mapping[str, Any]) -> None:
-    """Refuse to write where raw data lie, whatever command it is.
-
-    Parameters
-    ----------
-    parameters : mapping
-        Those of the command: what it writes (``--to``), where raw data are (``--raw``), vehicles.
+    """Refuse to write (``--to``) where raw data lie, whatever command these parameters are of.
 
     Raises
     ------
@@ -84,19 +73,17 @@ def keep_raw_apart(parameters: Mapping[str, Any]) -> None:
     named = [one for some in vehicles for one in (some if isinstance(some, tuple) else (some,))]
     paths = [Path(one) for one in named if one]
     folders = [path.resolve() for path in paths if (path / "vehicle.yaml").is_file()]
-    for name in _WRITTEN:
-        to = parameters.get(name)
-        if not isinstance(to, Path):
-            continue
-        target = to.resolve()
-        roots = [(raw if isinstance(raw, Path) else Path("raw")).resolve()]
-        roots += [folder / kind for folder in folders for kind in (*RAW_KINDS, POOL)]
-        inside = any(root == target or root in target.parents for root in roots)
-        if inside or target in folders or target in {one / "vehicle.yaml" for one in folders}:
-            raise UsageError(
-                f"--{name} {to}: raw data lie there, and no command writes among them. "
-                "Name another place."
-            )
+    to = parameters.get("to")
+    if not isinstance(to, Path):
+        return
+    target = to.resolve()
+    roots = [(raw if isinstance(raw, Path) else Path("raw")).resolve()]
+    roots += [folder / kind for folder in folders for kind in (*RAW_KINDS, POOL)]
+    inside = any(root == target or root in target.parents for root in roots)
+    if inside or target in folders or target in {one / "vehicle.yaml" for one in folders}:
+        raise UsageError(
+            f"--to {to}: raw data lie there, and no command writes among them. Name another place."
+        )
 
 
 class NumberRange(click.FloatRange):

@@ -41,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def made(folder: Path) -> PoolDayFiles:
-    return plan_day("fish", 5.0, None, None, folder / "raw", folder, quiet)
+    return plan_day("fish", 5.0, pool_m=None, to=None, raw=folder / "raw", out=folder, tell=quiet)
 
 
 def test_the_list_is_the_shortest_that_reaches_what_is_wanted(made: PoolDayFiles) -> None:
@@ -72,7 +72,9 @@ def test_the_second_plan_says_what_was_flown_of_the_first(folder: Path, made: Po
     (run, *_) = made.record.runs
     pool = folder / "raw/fish/pool"
     shutil.copy(made.page.parent / run.log, pool / f"monday-{run.manoeuvre}.mcap")
-    again = plan_day("fish", 0.2, None, folder / "again", folder / "raw", folder, quiet)
+    again = plan_day(
+        "fish", 0.2, pool_m=None, to=folder / "again", raw=folder / "raw", out=folder, tell=quiet
+    )
     assert again.flown[0].log == f"monday-{run.manoeuvre}.mcap"
     assert "flown as monday" in again.flown[0].text
     text = again.page.read_text(encoding="utf-8")
@@ -83,7 +85,15 @@ def test_the_second_plan_says_what_was_flown_of_the_first(folder: Path, made: Po
 
 def test_a_pool_too_small_and_a_wrong_size_are_said(folder: Path) -> None:
     with pytest.raises(CannotComputeError, match="more than the pool has"):
-        plan_day("fish", 0.1, (0.01, 0.01, 0.01), None, folder / "raw", folder, quiet)
+        plan_day(
+            "fish",
+            0.1,
+            pool_m=(0.01, 0.01, 0.01),
+            to=None,
+            raw=folder / "raw",
+            out=folder,
+            tell=quiet,
+        )
     wrong = CliRunner().invoke(cli, ["plan", "fish", "--pool", "10by5", "--raw", "raw"])
     assert wrong.exit_code == 2
     assert "25x10x3" in wrong.output
@@ -102,6 +112,8 @@ def test_a_run_that_tells_nothing_is_left_out_and_no_other(
         return known(*args, **kwargs)  # type: ignore[arg-type]
 
     monkeypatch.setattr(pool_plan, "information_of_run", of_some)
-    made = plan_day("fish", 0.2, None, tmp_path, folder / "raw", folder, quiet)
+    made = plan_day(
+        "fish", 0.2, pool_m=None, to=tmp_path, raw=folder / "raw", out=folder, tell=quiet
+    )
     assert "straight: its windows cannot be simulated" in made.record.left_out
     assert made.record.runs
