@@ -69,7 +69,13 @@ STAGES: dict[str, Stage] = {
         ("load_test", "propeller", "drive", "static", "inverse"),
         of_types=("load_test", "propeller", "drive", "static", "inverse"),
     ),
-    "tables": Stage("tables.json", "vehicle", ("propeller", "static", "inverse"), leaves="tables"),
+    "tables": Stage(
+        "tables.json",
+        "vehicle",
+        ("propeller", "static", "inverse"),
+        leaves="tables",
+        module="bench_fits",
+    ),
     "firmware": Stage(
         "firmware tables",
         "vehicle",

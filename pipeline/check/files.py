@@ -9,6 +9,7 @@ from pipeline.check.bench_files import RawFile, kind_by_content, read_together
 from pipeline.check.findings import FileFinding, Findings, RunFinding, VehicleFinding
 from pipeline.check.pool_runs import (
     files_of_runs,
+    gains_of_checked,
     is_log,
     is_notes,
     read_notes_alone,
@@ -16,7 +17,6 @@ from pipeline.check.pool_runs import (
     repeated,
     strays,
 )
-from pipeline.check.thruster_gains import gains_of_checked
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log

@@ -12,8 +12,8 @@ from pipeline.check.findings import (
     RunFinding,
     VehicleFinding,
 )
+from pipeline.check.pool_runs import gains_text, summary
 from pipeline.check.proposal import as_lines, lines_of
-from pipeline.check.thruster_gains import gains_text, summary
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead

@@ -119,7 +119,7 @@ def identify(*, as_json: bool, smoother: str, no_advice: bool, **request: Any) -
 
 def identification_text(found: "Identification") -> str:
     """Return the lines of an identification for a terminal."""
-    from pipeline.check.thruster_gains import gains_text
+    from pipeline.check.pool_runs import gains_text
 
     runs = ", ".join(f"{run.name} ({run.seconds:.0f} s)" for run in found.runs)
     lines = [f"{found.vehicle} from {runs}"]

@@ -116,16 +116,14 @@ def _neutral(points: tuple[MooringPoint, ...]) -> Check:
 
 
 def _outliers(fits: tuple[PolynomialFit | None, ...]) -> Check:
-    shares = [
-        sum(
-            one.outlier and abs(one.measured - one.fitted) > _FAR_SHARE * _largest_code(fit)
-            for one in fit.points
-        )
-        / len(fit.points)
-        for fit in fits
-        if fit is not None and len(fit.points) >= _FEWEST_POINTS
-    ]
-    share = max(shares, default=0.0)
+    shares = [0.0]
+    for fit in fits:
+        if fit is None or len(fit.points) < _FEWEST_POINTS:
+            continue
+        far = _FAR_SHARE * max(abs(one.measured) for one in fit.points)
+        off = sum(one.outlier and abs(one.measured - one.fitted) > far for one in fit.points)
+        shares.append(off / len(fit.points))
+    share = max(shares)
     return Check(
         name="outliers are few",
         passed=share <= _OUTLIER_SHARE,
@@ -134,20 +132,10 @@ def _outliers(fits: tuple[PolynomialFit | None, ...]) -> Check:
     )
 
 
-def _largest_code(fit: PolynomialFit) -> float:
-    return max(abs(one.measured) for one in fit.points)
-
-
 def _signs(fits: tuple[PolynomialFit | None, PolynomialFit | None], *, reverses: bool) -> Check:
-    missing = [
-        name
-        for name, fit, wanted in (
-            ("positive", fits[0], True),
-            ("negative", fits[1], reverses),
-        )
-        if wanted and fit is None
-    ]
-    both = len(missing) == 1 + reverses
+    asked = [("positive", fits[0]), *([("negative", fits[1])] if reverses else [])]
+    missing = [name for name, fit in asked if fit is None]
+    both = len(missing) == len(asked)
     return Check(
         name="Table 3 could be fitted",
         passed=not both,

@@ -50,12 +50,7 @@ def findings_of(asked: GainSet, sound: GainSet) -> list[GainFinding]:
     # hide a dead one
     groups = (
         _thrusters(asked, sound),
-        [
-            *_layouts(asked),
-            *_couplings(asked),
-            *_headings(asked),
-            *_common_scales(asked, sound),
-        ],
+        [*_layouts(asked), *_couplings(asked), *_headings(asked), *_common_scales(asked, sound)],
     )
     found: list[GainQuestion] = []
     for questions in groups:
@@ -143,7 +138,6 @@ def _of_thrusters(
 
 
 def _std_of(sound: GainReference) -> float:
-    """Return the standard deviation of what sound runs gave, by its interval."""
     return (sound.ci95[1] - sound.ci95[0]) / 4.0
 
 

@@ -213,11 +213,8 @@ def _reason(ratio: float, uncut: float, known: float, partner: str, correlation:
     `ratio` and `known` (with the thrust known) are posterior over prior, bounds counted in both;
     `uncut` is that without bounds: beyond 1 the scatter between windows has widened it.
     """
-    together = (
-        f"; moves together with {partner} (correlation {correlation:+.2f})"
-        if abs(correlation) >= CLOSE_PAIR
-        else ""
-    )
+    close = abs(correlation) >= CLOSE_PAIR
+    together = f"; moves together with {partner} (correlation {correlation:+.2f})" if close else ""
     if ratio > NOT_IDENTIFIED and uncut > _WIDENED:
         return (
             f"the windows of these runs contradict each other by more than the prior leaves open"

@@ -6,10 +6,8 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.polynomial import fit_polynomial
 from pipeline.physics.propeller import efficiency, polynomial
 from pipeline.physics.torque_balance import first_zero
-from pipeline.records.base import Source
 from pipeline.records.fits import Check, PolynomialFit, PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
-from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 #: Kostenko 2023, eq. (2).
@@ -49,35 +47,27 @@ def fit_propeller(open_water: OpenWaterRecord, vehicle: Vehicle) -> PropellerFit
 
 
 def _fit_curve(open_water: OpenWaterRecord, quantity: str, attribute: str) -> PolynomialFit:
-    x, y, sources = _column(open_water, attribute)
+    usable = [point for point in open_water.points if not point.marks]
+    used = [point for point in usable if getattr(point, attribute) is not None]
     return fit_polynomial(
-        x,
-        y,
+        np.array([point.advance_ratio for point in used], float),
+        np.array([getattr(point, attribute) for point in used], float),
         degree=DEGREE,
         quantity=quantity,
         variable="J",
         unit="1",
         degree_reason="Quadratic as in Kostenko 2023, eq. (2), and as the firmware tables want it.",
-        sources=sources,
+        sources=[point.source for point in used],
     )
-
-
-def _column(
-    open_water: OpenWaterRecord, attribute: str
-) -> tuple[FloatArray, FloatArray, tuple[Source, ...]]:
-    used = [
-        (point.advance_ratio, getattr(point, attribute), point.source)
-        for point in open_water.points
-        if not point.marks and getattr(point, attribute) is not None
-    ]
-    x = np.array([row[0] for row in used], float)
-    y = np.array([row[1] for row in used], float)
-    return x, y, tuple(row[2] for row in used)
 
 
 def measured_ratios(propeller: PropellerFit) -> tuple[float, float]:
     """Smallest and largest advance ratio at which both coefficients were measured."""
-    ranges = (propeller.thrust.quality.valid_range, propeller.torque.quality.valid_range)
+    return _both_measured(propeller.thrust, propeller.torque)
+
+
+def _both_measured(*fits: PolynomialFit) -> tuple[float, float]:
+    ranges = [fit.quality.valid_range for fit in fits]
     return max(low for low, _ in ranges), min(high for _, high in ranges)
 
 
@@ -89,8 +79,7 @@ def lowest_covered_ratio(propeller: PropellerFit) -> float:
 
 def _physical_checks(thrust_fit: PolynomialFit, torque_fit: PolynomialFit) -> tuple[Check, ...]:
     k_t, k_m = np.array(thrust_fit.coefficients), np.array(torque_fit.coefficients)
-    low = max(thrust_fit.quality.valid_range[0], torque_fit.quality.valid_range[0])
-    high = min(thrust_fit.quality.valid_range[1], torque_fit.quality.valid_range[1])
+    low, high = _both_measured(thrust_fit, torque_fit)
     thrust_zero, torque_zero = first_zero(k_t), first_zero(k_m)
     j = np.linspace(low, min(high, thrust_zero), 200)
     falling = {

@@ -46,14 +46,9 @@ NOTABLE_SHIFT = 0.1
 
 
 def straight_line(
-    packed: PackedVehicle,
-    sensors: Sensors,
-    runs: Sequence[RunTable],
-    *,
-    axis: str = "surge",
-    method: Method = "local_polynomial",
-    bandwidth_hz: float = BANDWIDTH_HZ,
-) -> StraightLineIdentification:
+    packed: PackedVehicle, sensors: Sensors, runs: Sequence[RunTable], *, axis: str = "surge",
+    method: Method = "local_polynomial", bandwidth_hz: float = BANDWIDTH_HZ,
+) -> StraightLineIdentification:  # fmt: skip
     """Estimate an added mass by the slope, without and with the terms that the slope omits.
 
     Along an `axis`, surge, sway or heave, with the velocity smoothed to -3 dB at `bandwidth_hz`.
@@ -98,15 +93,10 @@ def straight_line(
     slope = plain_slope(thrust[inside], acceleration[inside], stretch[inside], lags)
     share = reliability(thrust[inside], scatter)
     value, ends = slope.coefficients[0], slope.ci95[0]
+    name, note = "least squares over reliability", f"reliability {share:.4f}"
     plain = (
         estimate("least squares", value, ends, mass, "jackknife over blocks"),
-        estimate(
-            "least squares over reliability",
-            value / share,
-            ends / share,
-            mass,
-            f"reliability {share:.4f}",
-        ),
+        estimate(name, value / share, ends / share, mass, note),
     )
     terms = {
         name: np.concatenate([s.terms[name] for s, _ in found])[valid]
@@ -208,8 +198,7 @@ def _with_terms(  # noqa: PLR0917 - one caller
 
 def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> tuple[str, ...]:
     found = []
-    first = plain[0]
-    between = first.ci95_kg
+    first, between = plain[0], plain[0].ci95_kg
     if first.refused:
         found.append(f"the plain slope is refused: {first.refused}")
     elif between is None:
@@ -235,6 +224,4 @@ def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> t
 
 def _apart(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
     """Whether two intervals have nothing in common."""
-    if one is None or other is None:
-        return False
-    return one[0] > other[1] or one[1] < other[0]
+    return one is not None and other is not None and (one[0] > other[1] or one[1] < other[0])

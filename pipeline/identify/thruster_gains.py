@@ -35,13 +35,9 @@ _LEAST_DOUBT = 0.02
 
 
 def _regressed(
-    packed: PackedVehicle,
-    sensors: Sensors,
-    runs: Sequence[RunTable],
-    uncertainty: Uncertainty | None,
+    packed: PackedVehicle, sensors: Sensors, runs: Sequence[RunTable], doubts: Uncertainty
 ) -> GainSet:
     """Regress runs one by one; one that cannot be is left out with the reason."""
-    doubts = uncertainty or Uncertainty()
     thruster = max(doubts.thrust, _LEAST_DOUBT)
     doubt = Doubt(float(np.hypot(thruster, doubts.added_mass)), thruster)
     arms = levers(packed)
@@ -77,10 +73,11 @@ def gains_of(
     is judged by the others; `reference_name` is how to call them ("24 May"), by their names if
     empty. `vehicle_file_sha256` is kept in the record.
     """
-    asked = _regressed(packed, sensors, runs, uncertainty)
+    doubts = uncertainty or Uncertainty()
+    asked = _regressed(packed, sensors, runs, doubts)
     done = {run.name: run for run in asked.runs}
     more = [run for run in reference if run.name not in {one.name for one in runs}]
-    other = _regressed(packed, sensors, more, uncertainty)
+    other = _regressed(packed, sensors, more, doubts)
     both = tuple(done[run.name] for run in reference if run.name in done)
     known = replace(other, runs=(*both, *other.runs), called=reference_name)
     rows = tuple(row for run in asked.runs for row in _rows(asked, run, known.apart_from(run.name)))

@@ -211,9 +211,8 @@ def _run_likelihood(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> 
 def _why_not(motion: RunMotion, axis: int, *, moved: bool) -> str:
     if not motion.sources[axis]:
         return "no acceleration along it was measured"
-    if not moved:
-        return "no thruster was commanded"
-    return "too little of the run has all that its equation needs"
+    few = "too little of the run has all that its equation needs"
+    return few if moved else "no thruster was commanded"
 
 
 def _largest_thrust(packed: PackedVehicle) -> FloatArray:
@@ -274,11 +273,7 @@ def _means(signal: FloatArray, start: IntArray, width: int) -> FloatArray:
 
 
 def _all_axes(
-    fixed: _Fixed,
-    thrust: FloatArray,
-    arms: FloatArray,
-    motion: RunMotion,
-    passes: int = 1,
+    fixed: _Fixed, thrust: FloatArray, arms: FloatArray, motion: RunMotion, passes: int = 1
 ) -> list[_Solved]:
     now = _means(thrust, fixed.start, fixed.width)
     solved = [_axis(fixed, now, axis, arms[axis], motion, passes) for axis in range(6)]

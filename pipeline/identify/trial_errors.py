@@ -133,7 +133,7 @@ def compared(
         if quantity in table.reading:
             rows &= table.reading[quantity]
         short = difference(quantity, measured, components(windowed, quantity))
-        held = _held(table, quantity, measured, flights)
+        held = difference(quantity, measured, _held(table, rows, measured, flights))
         for column, (name, unit) in enumerate(labels):
             own = rows & np.isfinite(short[:, column])
             if not own.any():
@@ -158,21 +158,16 @@ def compared(
 
 
 def _held(
-    table: RunTable, quantity: str, measured: FloatArray, flights: TrialFlights
+    table: RunTable, rows: BoolArray, measured: FloatArray, flights: TrialFlights
 ) -> FloatArray:
-    """Errors of holding the last reading before each window."""
-    period = table.period_s
-    lead, begins = round(flights.lead_s / period), np.array(flights.first_rows)
-    rows: BoolArray = table.valid[quantity] & np.isfinite(measured).all(axis=1)
-    if quantity in table.reading:
-        rows &= table.reading[quantity]
+    """Hold the last reading before each window; `rows` (m,) have readings."""
+    lead, begins = round(flights.lead_s / table.period_s), np.array(flights.first_rows)
     latest = np.maximum.accumulate(np.where(rows, np.arange(rows.size), -1))
     number = np.maximum(np.searchsorted(begins, np.arange(rows.size), side="right") - 1, 0)
     at = latest[begins[number]]
     # a reading from before the lead is no start for this window
     fresh = (at >= 0) & (at >= begins[number] - lead)
-    held = np.where(fresh[:, None], measured[np.maximum(at, 0)], np.nan)
-    return difference(quantity, measured, held)
+    return np.where(fresh[:, None], measured[np.maximum(at, 0)], np.nan)
 
 
 def _noise(sensors: Sensors, table: RunTable) -> dict[str, float]:

@@ -112,17 +112,11 @@ def fit_vehicle(
         )
     windows = cut(packed, runs, channels, window_s)
     length = max(window.duration_s for window in windows)
-    held = [
-        window
-        for number, window in enumerate(windows)
-        if hold_out and _is_kept(number, len(windows))
-    ]
+    count = len(windows)
+    held = [one for k, one in enumerate(windows) if hold_out and _is_kept(k, count)]
     short = max(length / SHORTER, SHORTEST_WINDOW_S)
-    first = [
-        window
-        for window in cut(packed, runs, channels, short)
-        if not any(_overlap(window, other) for other in held)
-    ]
+    shorter = cut(packed, runs, channels, short)
+    first = [one for one in shorter if not any(_overlap(one, other) for other in held)]
     stack = stack_windows(packed, chained_windows(packed, packed.vector, first), channels)
     thrust = thrust_uncertainty(packed, uncertainty)
     problem = FitProblem(stack, parameters, packed.vector, len(runs), threads, thrust)

@@ -47,9 +47,7 @@ class FreeParameter:
 
 
 def free_parameters(
-    packed: PackedVehicle,
-    uncertainty: Uncertainty,
-    only: Sequence[str] | None = None,
+    packed: PackedVehicle, uncertainty: Uncertainty, only: Sequence[str] | None = None
 ) -> tuple[FreeParameter, ...]:
     """List the parameters of a vehicle that runs can tell about, or `only` those of some names.
 
@@ -84,19 +82,10 @@ def values_from_steps(parameters: Sequence[FreeParameter], steps: FloatArray) ->
     )
 
 
-def _inertias(packed: PackedVehicle) -> FloatArray:
-    return np.diag(mass_of(packed.vector, 0.0))
-
-
-def _unit(axis: int, linear: str, angular: str) -> str:
-    return linear if axis < 3 else angular
-
-
 def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     """Diagonal entries; couplings follow, A_ij -> A_ij sqrt(f_i f_j), so A stays positive."""
     stated = np.diag(read(packed.vector, "added_mass")).copy()
-    own = _inertias(packed)
-
+    own = np.diag(mass_of(packed.vector, 0.0))
     smallest = _SMALLEST_SHARE * np.where(stated > 0, stated, own)
 
     def writer(axis: int) -> Callable[[FloatArray, float], None]:
@@ -114,7 +103,7 @@ def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     return [
         FreeParameter(
             f"added_mass_{name}",
-            _unit(axis, "kg", "kg m^2"),
+            "kg" if axis < 3 else "kg m^2",
             f"added {'mass' if axis < 3 else 'inertia'} in {name}, A_{axis + 1}{axis + 1}",
             float(stated[axis]),
             share * float(stated[axis] if stated[axis] > 0 else own[axis]),
@@ -129,8 +118,7 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     """Linear and quadratic damping; a hull takes energy out, so neither is negative."""
     linear = np.diag(read(packed.vector, "linear_damping"))
     quadratic = read(packed.vector, "quadratic_damping")
-    own = _inertias(packed)
-
+    own = np.diag(mass_of(packed.vector, 0.0))
     # where the file says nothing: what the other term, or a decay within 20 s, would be
     kinds = (
         ("linear", linear, ("N s/m", "N m s"), quadratic * _SLOW, own / 20.0),
@@ -139,7 +127,7 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     return [
         FreeParameter(
             f"{kind}_damping_{name}",
-            _unit(axis, *units),
+            units[axis // 3],
             f"linear damping in {name}" if kind == "linear" else f"quadratic damping in {name}",
             float(stated[axis]),
             share * float(stated[axis] or other[axis] or least[axis]),
@@ -171,13 +159,9 @@ def _hydrostatics(nominal: FloatArray, uncertainty: Uncertainty) -> list[FreePar
     mass_centre = read(nominal, "centre_of_mass").copy()
     offset = mass_centre - read(nominal, "centre_of_buoyancy")
 
+    height = _SHARE * abs(float(offset[2]))
     heights = (
-        (
-            "metacentric_height",
-            "centre of mass below the centre of buoyancy",
-            2,
-            _SHARE * abs(float(offset[2])),
-        ),
+        ("metacentric_height", "centre of mass below the centre of buoyancy", 2, height),
         ("trim_x", "centre of mass ahead of the centre of buoyancy", 0, _TRIM_M),
         ("trim_y", "centre of mass to starboard of the centre of buoyancy", 1, _TRIM_M),
     )

@@ -76,11 +76,9 @@ def between95(found: dict[float, Signs]) -> list[tuple[FloatArray, FloatArray]]:
     code, known = codes_of(found), sorted(found)
     rest = [[one.curves[0] for one in found[volts]] for volts in known]
     gaps: list[tuple[FloatArray, FloatArray]] = []
-    for low, high in pairwise(range(len(known))):
-        ahead, reverse = (
-            0.5 * np.abs(b.thrust(code) - a.thrust(code))
-            for a, b in zip(rest[low], rest[high], strict=True)
-        )
+    for low, high in pairwise(rest):
+        pairs = zip(low, high, strict=True)
+        ahead, reverse = (0.5 * np.abs(b.thrust(code) - a.thrust(code)) for a, b in pairs)
         gaps.append((ahead, reverse))
     if len(known) > 2:
         misses: list[list[FloatArray]] = [[], []]

@@ -125,12 +125,8 @@ class WindowStack:
     @cached_property
     def outside(self) -> FloatArray:
         """Known force from outside at every step (steps, 6), the cables'."""
-        return np.concatenate(
-            [
-                np.zeros((len(w.command), 6)) if w.outside is None else w.outside
-                for w in self.windows
-            ]
-        )
+        none = ((np.zeros((len(w.command), 6)), w.outside) for w in self.windows)
+        return np.concatenate([zero if known is None else known for zero, known in none])
 
     @property
     def starts(self) -> FloatArray:

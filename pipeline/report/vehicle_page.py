@@ -168,7 +168,7 @@ def vehicle_receipt(results: VehicleResults, files: dict[str, str]) -> PageFile:
     )
 
 
-def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: str = "") -> str:
+def vehicle_page(results: VehicleResults, assets: str = "") -> str:
     """Return the page as HTML text; `assets` as of `Page`."""
     sections = (
         *(build(results) for build in RESULTS),
@@ -187,6 +187,6 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
         glance=vehicle_glance(results),
         picture=thrust_figure(results),
         data_note=vehicle.data_note,
-        crumbs=(("All vehicles", index_href),),
+        crumbs=(("All vehicles", INDEX_HREF),),
         assets=assets,
     ).html()

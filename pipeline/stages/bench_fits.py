@@ -1,4 +1,4 @@
-"""Records of the bench -> propeller, drive, static family, its inverse, the allocator's errors."""
+"""Records of the bench -> propeller, drive, static family, inverse, allocator's errors, tables."""
 
 from pipeline.control.error_map import allocation_map
 from pipeline.errors import CannotComputeError
@@ -7,6 +7,7 @@ from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.propeller import fit_propeller
 from pipeline.identify.static import static_characteristic
 from pipeline.plan import TITLES
+from pipeline.provenance import tables_text, write_atomically
 from pipeline.records.base import Record
 from pipeline.records.fits import (
     DriveFit,
@@ -17,10 +18,13 @@ from pipeline.records.fits import (
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.validation import AllocationMap
 from pipeline.stages.job import Job, NotMeasuredError, write_record
+from pipeline.tables.build import build_tables
 
 
 def run(job: Job) -> str:
     """Compute what the stage is named after; curves that never meet are an error of the inputs."""
+    if job.stage == "tables":
+        return _write_tables(job)
     return write_record(job, lambda: _computed(job), failure_is_error=job.stage == "static")
 
 
@@ -33,6 +37,19 @@ def _computed(job: Job) -> Record:
         propeller, drive = job.needed("propeller", PropellerFit), job.needed("drive", DriveFit)
         return static_characteristic(propeller, drive, job.vehicle())
     return _inverse(job) if job.stage == "inverse" else _allocation(job)
+
+
+def _write_tables(job: Job) -> str:
+    """Write the file that others read, with what it was made from."""
+    digests = job.input_digests()
+    propeller = job.envelope("propeller", PropellerFit)
+    static = job.envelope("static", StaticCharacteristic)
+    inverse = job.envelope("inverse", InverseCharacteristic)
+    every = (propeller, static, inverse)
+    reasons = {one.kind: one.why_not for one in every if one.why_not is not None}
+    body = build_tables(job.vehicle(), propeller.record, static.record, inverse.record, reasons)
+    write_atomically(job.output, tables_text(body, inputs=digests, code=job.code))
+    return ""
 
 
 def _inverse(job: Job) -> InverseCharacteristic:

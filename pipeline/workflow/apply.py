@@ -138,18 +138,18 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
         raise InputError.at(
             Place(str(path)), "this is no result that can be read.", expected="a JSON file."
         ) from error
-    if isinstance(body, dict) and "verdict" in body:
+    body = body if isinstance(body, dict) else {}
+    if "verdict" in body:
         diagnosis = DiagnosisRecord.model_validate_json(path.read_bytes())
         runs = diagnosis.verdict.runs or diagnosis.runs
         return FoundChanges(path, source_of(runs), runs, diagnosis.changes, _gap(diagnosis))
-    if isinstance(body, dict) and "whole_vehicle" in body:
+    if "whole_vehicle" in body:
         record = Identification.model_validate_json(path.read_bytes())
         runs = tuple(run.name for run in record.runs)
         gap = _quality(record.whole_vehicle)
         return FoundChanges(path, source_of(runs, "identification"), runs, record.changes, gap)
     kind = path.parent.name
-    inputs: Mapping[str, str] = body.get("inputs", {}) if isinstance(body, dict) else {}
-    if inputs.get(f"raw/{name}/{file.name}") != file_digest(file):
+    if body.get("inputs", {}).get(f"raw/{name}/{file.name}") != file_digest(file):
         raise CannotComputeError(
             f"{file} was changed after {path} was computed from it. Run `rig2sea run {name}` first."
         )
@@ -304,11 +304,7 @@ def _codes(before: Vehicle, after: Vehicle, grids: Mapping[str, Inverse]) -> tup
 
 
 def _thruster_codes(
-    grid: Inverse,
-    own: Corrections,
-    k: int,
-    thrust_n: FloatArray,
-    speed_mps: float,
+    grid: Inverse, own: Corrections, k: int, thrust_n: FloatArray, speed_mps: float
 ) -> tuple[int, ...]:
     gain = np.where(thrust_n < 0.0, own.gain[k, 1], own.gain[k, 0])
     asked = thrust_n / np.where(gain > 0.0, gain, 1.0)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pipeline.plan import UsageError
 
+_BY_POWER = ("code", "code/N", "code/N^2", "code/N^3")
 #: Number -> its unit; of coefficients by their place, in ascending order.
 _UNITS: dict[str, str | tuple[str, ...]] = {
     "KF0": "N",
@@ -14,12 +15,9 @@ _UNITS: dict[str, str | tuple[str, ...]] = {
     "KF2": "N/code^2",
     "T_max_n": "N",
     "dead_zone_code": "code",
-    "positive": ("code", "code/N", "code/N^2", "code/N^3"),
-    "negative": ("code", "code/N", "code/N^2", "code/N^3"),
-    "KN0": "code",
-    "KN1": "code/N",
-    "KN2": "code/N^2",
-    "KN3": "code/N^3",
+    "positive": _BY_POWER,
+    "negative": _BY_POWER,
+    **dict(zip(("KN0", "KN1", "KN2", "KN3"), _BY_POWER, strict=True)),
     "code": "code",
     "code_min": "code",
     "code_max": "code",

@@ -209,7 +209,7 @@ def due_stages(
         When a folder stands where a result belongs.
     """
     due: list[str] = []
-    known = KnownFiles() if known is None else known
+    known = known or KnownFiles()
     for stage in stages_of("vehicle"):
         if stage not in wanted:
             continue

@@ -74,9 +74,16 @@ class Result:
         return 1 if bad or not self.complete else 0
 
 
-def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
-    """Collect what the vehicle's processed files say; files that are not there say nothing."""
-    problems = list(vehicle.misplaced_problems(out))
+def outcome_of(
+    vehicle: VehicleFolder, out: Path, plan: PoolPlan | None = None, known: KnownFiles | None = None
+) -> Outcome:
+    """Collect what the vehicle's processed files say; files that are not there say nothing.
+
+    Of its `plan` of pool runs the logs that could not be read; warnings of single runs stay on
+    their pages: a season has hundreds. `known` are heads that were read before.
+    """
+    problems = [] if plan is None else _of_pool(vehicle, plan, out, known or KnownFiles())
+    problems += vehicle.misplaced_problems(out)
     types = () if vehicle.thruster_type else types_of(out / vehicle.vehicle_file)
     for kind in () if vehicle.thruster_type else (*RAW_KINDS, POOL):
         room = out / vehicle.folder / kind
@@ -166,13 +173,7 @@ def problems_of(items: Iterable[Mapping[str, Any]]) -> list[Problem]:
     ]
 
 
-def with_pool(
-    outcome: Outcome, vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFiles
-) -> Outcome:
-    """Add to a vehicle's outcome the logs that could not be read, before what the stages say.
-
-    Warnings of single runs stay on their pages: a season has hundreds.
-    """
+def _of_pool(vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFiles) -> list[Problem]:
     found = list(pool_problems(vehicle, out))
     days = {run: day for day, runs in plan.days.items() for run in runs}
     found += day_problems(vehicle.name, plan.logs.values(), days)
@@ -181,8 +182,7 @@ def with_pool(
             head = known.head(out / result_file(vehicle.name, stage, run), stage)
             if head is not None:
                 found += [one for one in problems_of(head.problems) if one.severity == "error"]
-    shown = tuple(with_path(problem, vehicle, out) for problem in found)
-    return replace(outcome, problems=by_severity(dict.fromkeys(shown + outcome.problems)))
+    return found
 
 
 def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:

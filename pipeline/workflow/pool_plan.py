@@ -187,14 +187,9 @@ class PoolPlan:
 
 
 def plan_pool(
-    vehicle: VehicleFolder,
-    out: Path,
-    known: KnownFiles,
-    *,
-    waiting: frozenset[str] = frozenset(),
-    force: bool = False,
-    workers: int = 1,
-) -> PoolPlan:
+    vehicle: VehicleFolder, out: Path, known: KnownFiles, *,
+    waiting: frozenset[str] = frozenset(), force: bool = False, workers: int = 1,
+) -> PoolPlan:  # fmt: skip
     """Compare the results of a vehicle's runs with what they were made from.
 
     The `stale` files of the plan are to be removed before the engine starts. `known` has digests
@@ -257,9 +252,8 @@ def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: Known
     """Whether the vehicle's page was made with other trial days than there are."""
     head = known.head(out / processed_file(vehicle.name, "vehicle_page"), "vehicle_page")
     room = result_file(vehicle.name, "trial_page", "").removesuffix(".json")
-    return head is not None and {name for name in head.inputs if name.startswith(room)} != set(
-        plan.page_receipts()
-    )
+    read = {name for name in (head.inputs if head else ()) if name.startswith(room)}
+    return head is not None and read != set(plan.page_receipts())
 
 
 def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:

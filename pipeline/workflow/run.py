@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
@@ -15,7 +15,7 @@ from pipeline.stage_table import STAGES, needed_for, stages_of
 from pipeline.workflow.engine import FOLDER
 from pipeline.workflow.engine_jobs import Due, EngineJob, engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles, due_stages, remove_results
-from pipeline.workflow.outcome import Outcome, Result, new_pages, outcome_of, with_pool
+from pipeline.workflow.outcome import Result, new_pages, outcome_of
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
@@ -85,7 +85,7 @@ def run(request: RunRequest, progress: Progress) -> Result:
             job = _Execution(request, due, state, known, profile)
             job.remember()  # what was read is kept if this run is stopped
             complete = _bring_up_to_date(job, progress)
-        outcomes = tuple(_outcome(one, request.out, plans.get(one.name), known) for one in sound)
+        outcomes = tuple(outcome_of(one, request.out, plans.get(one.name), known) for one in sound)
         if sound:
             job.remember()
         return Result(
@@ -153,7 +153,16 @@ def due_of(
         stages = due_stages(vehicle, out, own, code, known=known, force=request.force)
         remove_results(vehicle, out, stages)
         if not request.only and not vehicle.thruster_type:
-            plan = _plan_pool(vehicle, request, known)
+            plan = plan_pool(
+                vehicle,
+                out,
+                known,
+                waiting=request.waiting.get(vehicle.name, frozenset()),
+                force=request.force,
+                workers=workers_of(request),
+            )
+            for path in plan.stale:
+                (out / path).unlink(missing_ok=True)
         if not request.only and "vehicle_page" not in stages and not has_page(vehicle.name, out):
             stages += ("vehicle_page",)
         beside = [
@@ -174,21 +183,6 @@ def workers_of(request: RunRequest) -> int:
     """Return how many processes may be at work side by side."""
     here_or_there = usable_cores() if request.profile is None else _WORKERS_ELSEWHERE
     return request.cores or here_or_there
-
-
-def _plan_pool(vehicle: VehicleFolder, request: RunRequest, known: KnownFiles) -> PoolPlan:
-    """Plan a vehicle's pool runs and remove what does not fit any more."""
-    plan = plan_pool(
-        vehicle,
-        request.out,
-        known,
-        waiting=request.waiting.get(vehicle.name, frozenset()),
-        force=request.force,
-        workers=workers_of(request),
-    )
-    for path in plan.stale:
-        (request.out / path).unlink(missing_ok=True)
-    return plan
 
 
 def _writable(folder: Path) -> None:
@@ -245,10 +239,10 @@ class _Execution:
         """Names of the vehicles."""
         return [one.vehicle.name for one in self.due]
 
-    def others(self, vehicles: Sequence[str]) -> list[str]:
+    def others(self) -> list[str]:
         """Return the vehicles with results from before, to which the index also leads."""
         receipts = (self.request.out / "processed").glob("*/vehicle_page.json")
-        return sorted({one.parent.name for one in receipts} - set(vehicles))
+        return sorted({one.parent.name for one in receipts} - set(self.vehicles))
 
     def run(self, jobs: Sequence[EngineJob], progress: Progress) -> bool:
         """Run the engine over these jobs; once more where it gives up with no stage to blame."""
@@ -256,10 +250,7 @@ class _Execution:
         told = {"jobs": hand_over(jobs, request.out), "language": current()}
         write_atomically(config, json.dumps(told, indent=1))
         progress.total = sum(len(job.steps) for job in jobs)
-
-        def started() -> bool:
-            return start(config, request.out, request.cores, progress, profile=self.profile)
-
+        started = partial(start, config, request.out, request.cores, progress, profile=self.profile)
         done_all = started()
         if not done_all and progress.stopped and request.profile is None:
             # what it remembers is damaged
@@ -271,7 +262,7 @@ class _Execution:
 
     def index_digest(self) -> str:
         """Digest of the index and of all that it was made from."""
-        return index_digest(self.vehicles, self.others(self.vehicles), self.request.out)
+        return index_digest(self.vehicles, self.others(), self.request.out)
 
 
 def _bring_up_to_date(job: _Execution, progress: Progress) -> bool:
@@ -283,7 +274,7 @@ def _bring_up_to_date(job: _Execution, progress: Progress) -> bool:
     if not changed and (not pages or is_settled(memory, job.index_digest())):
         (job.state / "journal.jsonl").unlink(missing_ok=True)
         return True
-    others = job.others(job.vehicles) if pages else None
+    others = job.others() if pages else None
     jobs = engine_jobs(job.due, out, workers_of(request), others)
     if pages:
         memory.unlink(missing_ok=True)
@@ -293,15 +284,8 @@ def _bring_up_to_date(job: _Execution, progress: Progress) -> bool:
         return True
     whole = [name for name in job.vehicles if has_page(name, out)]
     if whole and len(whole) < len(job.due) and pages:
-        job.run(engine_jobs((), out, 1, [*whole, *job.others(job.vehicles)]), progress)
+        job.run(engine_jobs((), out, 1, [*whole, *job.others()]), progress)
     return False
-
-
-def _outcome(
-    vehicle: VehicleFolder, out: Path, plan: PoolPlan | None, known: KnownFiles
-) -> Outcome:
-    found = outcome_of(vehicle, out)
-    return found if plan is None else with_pool(found, vehicle, plan, out, known)
 
 
 def jobs_here(is_main: bool) -> dict[str, list[str]]:

@@ -33,12 +33,7 @@ class StoppedError(Rig2SeaError):
 
 
 def start(
-    config: Path,
-    out: Path,
-    cores: int | None,
-    progress: Progress,
-    *,
-    profile: Path | None = None,
+    config: Path, out: Path, cores: int | None, progress: Progress, *, profile: Path | None = None
 ) -> bool:
     """Run the workflow to its end, and say whether everything was done.
 
@@ -94,12 +89,7 @@ def snakefile() -> Path:
 
 
 def _engine(
-    arguments: list[str],
-    output: IO[bytes],
-    journal: Path,
-    progress: Progress,
-    *,
-    elsewhere: bool,
+    arguments: list[str], output: IO[bytes], journal: Path, progress: Progress, *, elsewhere: bool
 ) -> int:
     """Start the engine in a session of its own and follow it; return its exit code.
 
@@ -208,11 +198,8 @@ def _follow(engine: "subprocess.Popen[bytes]", reader: Reader, progress: Progres
 def _end(engine: "subprocess.Popen[bytes]", *, elsewhere: bool) -> None:
     # an interrupt makes the engine cancel the jobs that it has handed to a cluster
     first = ((signal.SIGINT, _PATIENCE_ELSEWHERE_S),) if elsewhere else ()
-    for number, patience_s in (
-        *first,
-        (signal.SIGTERM, _PATIENCE_S),
-        (signal.SIGKILL, _PATIENCE_S),
-    ):
+    last = ((signal.SIGTERM, _PATIENCE_S), (signal.SIGKILL, _PATIENCE_S))
+    for number, patience_s in (*first, *last):
         try:
             os.killpg(engine.pid, number)
             engine.wait(patience_s)

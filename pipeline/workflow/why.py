@@ -1,33 +1,187 @@
 """``rig2sea why``: a number of the tables, and the chain of files that it came from."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, Place
 from pipeline.inputs.vehicle_changes import changes_of
 from pipeline.inputs.vehicle_place import find_vehicle
-from pipeline.plan import VEHICLE_FILE, UsageError, VehicleFolder, choose, discover, processed_file
-from pipeline.provenance import UNREADABLE, canonical_json, file_digest, read_envelope, read_tables
+from pipeline.plan import (
+    RECORD_STAGES,
+    TITLES,
+    VEHICLE_FILE,
+    UsageError,
+    VehicleFolder,
+    choose,
+    discover,
+    processed_file,
+)
+from pipeline.provenance import (
+    UNREADABLE,
+    canonical_json,
+    code_digest,
+    file_digest,
+    read_envelope,
+    read_raw_envelope,
+    read_tables,
+)
 from pipeline.records.base import AppliedChange
 from pipeline.records.measurements import MooringRecord
+from pipeline.stage_table import module_of
 from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.change_list import value_at
 from pipeline.vehicle.estimates import Estimate, estimates_of
 from pipeline.vehicle.load import load_checked, load_vehicle
 from pipeline.vehicle.schema import Vehicle
 from pipeline.workflow.cell import Cell, find_cell
-from pipeline.workflow.lineage import Link, Raw, lineage
+from pipeline.workflow.known_files import Head, misfits
 from pipeline.workflow.vehicle_places import with_types
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points that a raw file gave: all of them, and those that the reader left out."""
+
+    sheet: str | None
+    points: int
+    left_out: int
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A raw file: digest when it was read, digest now, and what was read in it."""
+
+    path: str
+    sha256: str
+    sha256_now: str
+    read: tuple[Points, ...] = ()
+
+    @property
+    def fits(self) -> bool:
+        """Whether it is the file that was read."""
+        return self.sha256 == self.sha256_now
+
+
+@dataclass(frozen=True)
+class Link:
+    """A processed file: what made it, when, and why it does not fit any more (`stale`)."""
+
+    path: str
+    stage: str
+    title: str
+    sha256: str
+    version: str
+    code: str
+    code_now: str
+    made_utc: str
+    why_not: str | None
+    stale: tuple[str, ...]
+    inputs: tuple["Link", ...]
+    raw: tuple[Raw, ...]
+
+    @property
+    def fits(self) -> bool:
+        """Whether this file and all before it are up to date."""
+        return not self.stale and all(link.fits for link in self.inputs)
+
+
+def lineage(vehicle: VehicleFolder, out: Path, table: str, stage: str) -> Link:
+    """Follow a table of ``tables.json`` back to the raw files: that file with all it is made from.
+
+    `stage` computed the table: the other inputs of ``tables.json`` are left out, and of the inverse
+    characteristic those that this table is not made of. The vehicle's folder is relative to `out`,
+    that of ``processed/``, or absolute.
+
+    Raises
+    ------
+    InputError
+        When a file of the chain is absent, half-written or edited.
+    """
+    path = out / processed_file(vehicle.name, "tables")
+    body = read_tables(path)["provenance"]
+    # Table 3 is fitted to the mooring test alone, Table 4 to the static characteristic alone
+    spare = {"table3": ("static",), "table4": ("mooring",)}.get(table, ())
+    return _link(vehicle, out, "tables", body, only=(stage,), spare=spare)
+
+
+def _link(
+    vehicle: VehicleFolder,
+    out: Path,
+    stage: str,
+    body: Mapping[str, Any],
+    *,
+    only: Sequence[str] | None = None,
+    spare: Sequence[str] = (),
+) -> Link:
+    relative = processed_file(vehicle.name, stage)
+    inputs: Mapping[str, str] = body["inputs"]
+    code_now, path = code_digest(module_of(stage)), out / relative
+    there = vehicle.digest_names(stage, out)
+    digest = cache(file_digest)
+    head = Head(body["code"], dict(inputs), {}, None, ())
+    stale = misfits(head, code_now, vehicle, out, digest, there | inputs.keys())
+    links: list[Link] = []
+    raw: list[Raw] = []
+    read = _points(body.get("record"))
+    for name, known in sorted(inputs.items()):
+        before = Path(name).stem
+        is_result = name == processed_file(vehicle.name, before) and before in RECORD_STAGES
+        if not is_result:
+            points = read.get(name.removeprefix("raw/"), ())
+            raw.append(Raw(name, known, digest(vehicle.place_of(out, name)), points))
+        elif before not in spare and (only is None or before in only) and _is_before(before, stage):
+            links.append(
+                _link(vehicle, out, before, read_raw_envelope(out / name, before), spare=spare)
+            )
+    return Link(
+        path=relative,
+        stage=stage,
+        title=TITLES[stage],
+        sha256=file_digest(path),
+        version=body["version"],
+        code=body["code"],
+        code_now=code_now,
+        made_utc=datetime.fromtimestamp(path.stat().st_mtime, UTC).strftime("%Y-%m-%d %H:%M:%S"),
+        why_not=body.get("why_not"),
+        stale=tuple(stale),
+        inputs=tuple(links),
+        raw=tuple(raw),
+    )
+
+
+def _is_before(stage: str, after: str) -> bool:
+    """Tell whether data flow that way: a chain has an end, whatever a file says."""
+    order = (*RECORD_STAGES, "tables")
+    return order.index(stage) < order.index(after)
+
+
+def _points(record: Mapping[str, Any] | None) -> dict[str, tuple[Points, ...]]:
+    """Count the points of a record of measurements by file and sheet."""
+    points = (record or {}).get("points")
+    if not isinstance(points, list):
+        return {}
+    every: Counter[tuple[str, str | None]] = Counter()
+    out: Counter[tuple[str, str | None]] = Counter()
+    for point in points:
+        key = (point["source"]["file"], point["source"]["sheet"])
+        every[key] += 1
+        out[key] += bool(point["marks"])
+    found: dict[str, tuple[Points, ...]] = {}
+    for (file, sheet), count in every.items():
+        found[file] = (*found.get(file, ()), Points(sheet, count, out[file, sheet]))
+    return found
+
 
 _SIGNS = {"positive": 1, "negative": -1}
 
 #: Sections of a vehicle file that a path may begin with.
 _SECTIONS = frozenset({"water", "propellers", "drives", "thrusters", "model", "sensors"})
-
-_DIGITS = 12
 
 
 @dataclass(frozen=True)
@@ -110,28 +264,6 @@ def why_stated(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> Stat
     return StatedNumber(name, file, path, value, estimates_of(file).get(path), change, now)
 
 
-def stated_text(found: StatedNumber) -> str:
-    """Return what is printed."""
-    lines = [f"{found.path} = {found.value} in {found.file}"]
-    own, change = found.estimate, found.change
-    if own is not None and own.ci95 is not None:
-        lines.append(f"  95 % interval: {own.ci95[0]:.6g} to {own.ci95[1]:.6g}")
-    if own is not None and own.source:
-        lines.append(f"  from: {own.source}")
-    if change is None:
-        lines.append("  no change of the list wrote it: it is the engineer's, or a default")
-        return "\n".join(lines)
-    before = next(one for one in change.changes if one.path == found.path)
-    lines.append(f"  before: {before.old}; changed {change.date_utc} UTC by rig2sea apply")
-    same = found.source_now == change.source_sha256
-    state = "as it was read" if same else "CHANGED since, or gone"
-    lines.append(f"  {change.source}: sha256 {change.source_sha256[:_DIGITS]}, {state}")
-    lines.append(f"  runs: {', '.join(change.runs)}")
-    was = change.before_sha256[:_DIGITS]
-    lines.append(f"  {change.former}: the file of before, sha256 {was}")
-    return "\n".join(lines)
-
-
 @dataclass(frozen=True)
 class Why:
     """A number and its chain; of Table 3 the sound points that it has no use for, too."""
@@ -178,78 +310,3 @@ def to_json(answer: Why) -> str:
     body: dict[str, Any] = {"schema": "rig2sea/why/1", **asdict(answer)}
     body["up_to_date"] = answer.chain.fits
     return canonical_json(body)
-
-
-def as_text(answer: Why) -> str:
-    """Return what is printed: the number, then a line a file, each under what it made."""
-    lines = [*_head(answer.cell, answer.spare), "", *_chain(answer.chain, 0)]
-    described = {one.path: one for one in _every_raw(answer.chain) if _is_vehicle_file(one)}
-    lines += [f"{_raw_line(one)}, read at every step" for one in described.values()]
-    lines.append("")
-    if answer.chain.fits:
-        lines.append("Every file of the chain fits those before it.")
-    else:
-        lines.append("The number does not fit its inputs any more. To renew it: rig2sea run")
-    return "\n".join(lines)
-
-
-def _head(cell: Cell, spare: SparePoints | None) -> Iterator[str]:
-    at = "" if cell.speed_mps is None else f" at {cell.speed_mps:g} m/s"
-    own = f" {cell.unit}" if cell.unit else ""
-    yield f"{cell.path}{at} = {cell.value!r}{own}"
-    if cell.interval is not None:
-        yield f"  95 % interval: {cell.interval[0]:.6g} to {cell.interval[1]:.6g}{own}"
-    if cell.printed is not None:
-        yield f"  published: {cell.printed:g}{own}"
-    if cell.table == "table4":
-        yield "  not fitted to measurements: it inverts the static family T(N, V)"
-    if cell.fit is not None:
-        unit = f" {cell.fit['unit']}" if cell.fit["unit"] not in {"", "1"} else ""
-        out = len(cell.fit["outliers"])
-        yield (
-            f"  fitted to {cell.fit['points']} points, {out} left out by the fit, "
-            f"residual {cell.fit['residual_std']:.3g}{unit}"
-        )
-    if spare is not None and spare.dead:
-        yield (
-            f"  not fitted: {spare.dead} of the dead thrust of {spare.thrust_dead_n:g} N or less "
-            "(tables.thrust_dead_n)"
-        )
-    if spare is not None and spare.other_supply:
-        yield f"  not fitted: {spare.other_supply} at another supply voltage"
-
-
-def _chain(link: Link, depth: int) -> Iterator[str]:
-    margin = "  " * depth
-    state = "up to date" if not link.stale else f"STALE: {'; '.join(link.stale)}"
-    yield (
-        f"{margin}{link.path}: {link.title}; sha256 {link.sha256[:_DIGITS]}, made "
-        f"{link.made_utc} UTC by rig2sea {link.version}, code {link.code}; {state}"
-    )
-    if link.why_not is not None:
-        yield f"{margin}  left out: {link.why_not}"
-    for one in link.raw:
-        if _is_vehicle_file(one):
-            continue
-        yield f"{margin}  {_raw_line(one)}"
-        for part in one.read:
-            sheet = f'sheet "{part.sheet}": ' if part.sheet is not None else ""
-            read = f"{part.points} points, {part.left_out} of them left out when read"
-            yield f"{margin}    {sheet}{read}"
-    for before in link.inputs:
-        yield from _chain(before, depth + 1)
-
-
-def _raw_line(one: Raw) -> str:
-    state = "as it was read" if one.fits else "CHANGED since, or gone"
-    return f"{one.path}: sha256 {one.sha256[:_DIGITS]}, {state}"
-
-
-def _is_vehicle_file(one: Raw) -> bool:
-    return Path(one.path).name == VEHICLE_FILE
-
-
-def _every_raw(link: Link) -> Iterator[Raw]:
-    yield from link.raw
-    for before in link.inputs:
-        yield from _every_raw(before)

@@ -10,7 +10,7 @@ from pipeline.plan import RECORD_STAGES
 from pipeline.provenance import Envelope, file_digest, read_raw_envelope, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.fits import Check, DriveFit
-from pipeline.stages import bench_fits, bench_records, tables
+from pipeline.stages import bench_fits, bench_records
 from pipeline.stages.job import Job, NotMeasuredError, write_record
 
 VEHICLE = """\
@@ -171,7 +171,7 @@ def test_tables_say_what_is_missing() -> None:
         write_envelope(Path(f"processed/a/{stage}.json"), envelope)
     inputs = [f"processed/a/{stage}.json" for stage in ("propeller", "static", "inverse")]
     this = job("tables", *inputs)
-    tables.run(this)
+    bench_fits.run(this)
     body = this.__class__("firmware", "a", "c0", (this.output,), Path("x")).tables()
     assert body["table1"] is None
     assert body["not_computed"]["static"] == "There is no static today."

@@ -1,6 +1,6 @@
 """The section on the gains of thrusters: a row each, a picture, what was found, and why not."""
 
-from pipeline.check.thruster_gains import gains_text
+from pipeline.check.pool_runs import gains_text
 from pipeline.records.gains import (
     GainFinding,
     GainReference,

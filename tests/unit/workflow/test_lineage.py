@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.commands.why import as_text
 from pipeline.errors import InputError
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import (
@@ -18,8 +19,7 @@ from pipeline.provenance import (
 )
 from pipeline.stage_table import module_of
 from pipeline.workflow.cell import Cell
-from pipeline.workflow.lineage import lineage
-from pipeline.workflow.why import as_text, to_json, why
+from pipeline.workflow.why import lineage, to_json, why
 
 BOAT = VehicleFolder("boat", "raw/boat")
 CHAIN = {
@@ -58,7 +58,7 @@ def out(tmp_path: Path) -> Path:
     text = tables_text(
         {"table3": {"positive": [1.0]}, "table4": {"speed_mps": [0.5], "KN1": [3.0]}},
         inputs={inverse: file_digest(tmp_path / inverse)},
-        code=code_digest("pipeline.stages.tables"),
+        code=code_digest(module_of("tables")),
     )
     write_atomically(tmp_path / "processed/boat/tables.json", text)
     return tmp_path
@@ -110,7 +110,7 @@ def test_changed_new_and_lost_raw_files_are_said(out: Path) -> None:
 def test_other_code_and_edited_files_are_noticed(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipeline.workflow.lineage.code_digest", lambda _name: "other")
+    monkeypatch.setattr("pipeline.workflow.why.code_digest", lambda _name: "other")
     link = lineage(BOAT, out, "table3", "inverse")
     assert link.stale == ("the program has changed since",)
     path = out / "processed/boat/mooring.json"

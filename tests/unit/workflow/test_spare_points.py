@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.commands.why import as_text
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.workflow.cell import Cell
-from pipeline.workflow.lineage import Link
-from pipeline.workflow.why import SparePoints, Why, as_text, spare_points
+from pipeline.workflow.why import Link, SparePoints, Why, spare_points
 
 BOAT = VehicleFolder("boat", "raw/boat")
 VEHICLE = """\
