@@ -125,7 +125,8 @@ def module_of(name: str) -> str:
     >>> module_of("drive"), module_of("firmware")
     ('pipeline.stages.bench_fits', 'pipeline.stages.firmware')
     """
-    return f"pipeline.stages.{STAGES[name].module or name}"
+    stated = STAGES[name].module if name in STAGES else ""
+    return f"pipeline.stages.{stated or name}"
 
 
 def needed_for(wanted: tuple[str, ...]) -> frozenset[str]:

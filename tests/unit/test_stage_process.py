@@ -35,7 +35,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def import_module(name: str) -> SimpleNamespace:
         return stage(name.rpartition(".")[2])
 
-    monkeypatch.setattr(stage_process, "module_of", lambda name: f"stages.{name}")
     monkeypatch.setattr(stage_process, "importlib", SimpleNamespace(import_module=import_module))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("RIG2SEA_JOURNAL", str(tmp_path / "journal"))
