@@ -182,8 +182,11 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
     supply = sorted({round(p.voltage_v, 1) for p in points if p.voltage_v is not None})
     holds = [f"{len(points)} readings of {', '.join(path.name for path in files)}"]
     if supply:
-        upper = f" to {supply[-1]:g}" if len(supply) > 1 else ""
-        holds.append(f"supply {supply[0]:g}{upper} V")
+        holds.append(
+            f"supply {supply[0]:g} V"
+            if len(supply) == 1
+            else f"supply {supply[0]:g} to {supply[-1]:g} V"
+        )
     side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
     return FoundSide(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)
 

@@ -298,13 +298,16 @@ def result_lines(found: Design) -> list[str]:
 def _balance_lines(found: BalanceDesign) -> list[str]:
     state, small = found.exact, found.small_angle
     loads = ", ".join(f"{load.thruster} {load.thrust_n:.1f}" for load in state.loads)
-    forces = (
-        f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
-        f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N"
-    )
-    if small is not None:
-        forces += (
-            f" (small angle: {small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
+    if small is None:
+        forces = (
+            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
+            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N"
+        )
+    else:
+        forces = (
+            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
+            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N (small angle: "
+            f"{small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
             f"{small.vertical_force_n:.1f} N)"
         )
     texts = [f"  {one.text}" for one in found.saturation]
