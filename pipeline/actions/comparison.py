@@ -25,7 +25,12 @@ _EXCITED = 0.02
 #: Ballast of which nobody says what it displaces, as a share of the vehicle's mass.
 _BALLAST = 0.005
 _DENSITY_KGPM3 = 2.0
-_CURVES = {"velocity": ("u", "v", "w"), "angular_velocity": ("p", "q", "r"), "depth": ("depth",)}
+#: Quantity -> its columns that are drawn, with the name of their axis.
+_CURVES = {
+    "velocity": ((0, "u  [m/s]"), (2, "w  [m/s]")),
+    "angular_velocity": ((1, "q  [deg/s]"), (2, "r  [deg/s]")),
+    "depth": ((0, "depth  [m]"),),
+}
 
 
 def compare(  # noqa: PLR0917 - what the command is given
@@ -282,15 +287,13 @@ def _run_curves(
     for quantity, columns in _CURVES.items():
         if quantity not in a.values or quantity not in b.values:
             continue
-        for column, label in enumerate(columns):
-            if label in {"v", "p"}:
-                continue
+        for column, label in columns:
             ends = [_thin(run, quantity, column) for run in (a, b)]
             found.append(
                 Curve(
                     title=f"{a.name} and {b.name}",
                     x_label="time from the first reading  [s]",
-                    y_label=_AXES[label],
+                    y_label=label,
                     points=False,
                     a_x=ends[0][0],
                     a_y=ends[0][1],
@@ -299,15 +302,6 @@ def _run_curves(
                 )
             )
     return tuple(found)
-
-
-_AXES = {
-    "u": "u  [m/s]",
-    "w": "w  [m/s]",
-    "q": "q  [deg/s]",
-    "r": "r  [deg/s]",
-    "depth": "depth  [m]",
-}
 
 
 def _thin(run: RunTable, quantity: str, column: int) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -49,7 +49,6 @@ class FoundSide:
     digests: frozenset[str] = frozenset()
     points: tuple[MooringPoint, ...] = ()
     vehicle: Vehicle | None = None
-    file: Path | None = None
 
 
 def find_side(
@@ -143,7 +142,6 @@ def _runs(
         notes,
         frozenset(run.sha256 for run, _ in read),
         vehicle=one.vehicle,
-        file=one.file,
     )
 
 
@@ -156,7 +154,7 @@ def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> FoundSide
             raise UsageError(f"{name} has no bench file under {folder}, of which {part} could be.")
         return _bench(text, file, files, part)
     side = Side(name=text, kind="vehicle", vehicle=name, holds=(str(file),))
-    return FoundSide(side, vehicle=load_vehicle(file), file=file)
+    return FoundSide(side, vehicle=load_vehicle(file))
 
 
 def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> FoundSide:
@@ -188,7 +186,7 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
             else f"supply {supply[0]:g} to {supply[-1]:g} V"
         )
     side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
-    return FoundSide(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)
+    return FoundSide(side, points=tuple(points), vehicle=vehicle)
 
 
 def vehicle_differences(first: FoundSide, second: FoundSide, out: Path) -> dict[str, Any]:

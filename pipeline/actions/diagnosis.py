@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 from pipeline import __version__
@@ -107,7 +108,6 @@ def diagnose_to_files(
         _tables(texts, one, request.raw, tell)
         for texts in (request.runs, request.holdout, request.healthy)
     )
-    _refuse_twice(request, one)
     # before anything is written: it may go to a folder that was named as one of runs
     question = _question(request, one)
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
@@ -134,11 +134,19 @@ def diagnose_to_files(
 
 
 def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
-    """Tell which logs the answer is of, by where they lie."""
-    runs, holdout, healthy = (
-        tuple(seen_from(path, request.out) for path in find_logs(texts, one))
-        for texts in (request.runs, request.holdout, request.healthy)
+    """Tell which logs the answer is of, by where they lie; no run may both speak and judge."""
+    given = [find_logs(texts, one) for texts in (request.runs, request.holdout, request.healthy)]
+    roles = (
+        "to diagnose and to judge by",
+        "to diagnose and as healthy",
+        "to judge by and as healthy",
     )
+    for (first, second), both in zip(combinations(given, 2), roles, strict=True):
+        twice = set(first) & set(second)
+        if twice:
+            names = ", ".join(sorted(path.name for path in twice))
+            raise CannotComputeError(f"{names}: given both {both}; a run can be one of these.")
+    runs, holdout, healthy = (tuple(seen_from(o, request.out) for o in own) for own in given)
     return Question(runs, holdout, healthy)
 
 
@@ -174,21 +182,6 @@ def _tables(
     texts: Sequence[str], one: SimulatedVehicle, raw: Path, tell: Callable[[str], None]
 ) -> tuple[RunTable, ...]:
     return tuple(read_run(path, one, raw)[1] for path in told_first(find_logs(texts, one), tell))
-
-
-def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
-    """No run may both speak and judge."""
-    given = [
-        set(find_logs(texts, one)) for texts in (request.runs, request.holdout, request.healthy)
-    ]
-    for first, second, roles in (
-        (given[0], given[1], "to diagnose and to judge by"),
-        (given[0], given[2], "to diagnose and as healthy"),
-        (given[1], given[2], "to judge by and as healthy"),
-    ):
-        if first & second:
-            names = ", ".join(sorted(path.name for path in first & second))
-            raise CannotComputeError(f"{names}: given both {roles}; a run can be one of these.")
 
 
 def _write_overlays(

@@ -1,9 +1,8 @@
 """A diagnosis or an identification as changes of the vehicle file, each with its interval."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from pipeline.effects.library import apply_effects, effects
@@ -22,8 +21,6 @@ from pipeline.vehicle.change_list import listed_changes
 from pipeline.vehicle.frames import Change, changes_as_stated
 from pipeline.vehicle.load import load_checked
 from pipeline.vehicle.schema import Vehicle
-
-Pair = tuple[Mapping[str, Change], Mapping[str, Change]]
 
 
 def as_stated(one: SimulatedVehicle) -> Vehicle:
@@ -96,37 +93,22 @@ def identified_changes(
     def changes(now: VehicleIdentification) -> dict[str, Change]:
         return file_changes(one.vehicle, model, one.packed, now.parameters, now.thrust)
 
-    def ends_of(now: Callable[[float], VehicleIdentification], *ends: float) -> Pair:
-        low, high = (changes(now(end)) for end in ends)
-        return low, high
-
     ends = []
-    for k, own in enumerate(whole.parameters):
-        value = own.value if own.file_value is None else own.file_value
-        ends.append(
-            ends_of(partial(_with_parameter, whole, k), *_moved(value, own.value, own.ci95))
-        )
-    for k, one_thrust in enumerate(whole.thrust):
-        if one_thrust.file_value is not None:
-            moved = _moved(one_thrust.file_value, one_thrust.value, one_thrust.ci95)
-            ends.append(ends_of(partial(_with_thrust, whole, k), *moved))
+    for kind in ("parameters", "thrust"):
+        every = getattr(whole, kind)
+        for k, own in enumerate(every):
+            if own.file_value is None and kind == "thrust":
+                continue
+            value = own.value if own.file_value is None else own.file_value
+            moved = (
+                own.model_copy(update={"file_value": value + end - own.value}) for end in own.ci95
+            )
+            low, high = (
+                changes(whole.model_copy(update={kind: (*every[:k], other, *every[k + 1 :])}))
+                for other in moved
+            )
+            ends.append((low, high))
     return listed_changes(as_stated(one), changes(whole), ends)
-
-
-def _moved(value: float, found: float, ci95: tuple[float, float]) -> tuple[float, float]:
-    return value + ci95[0] - found, value + ci95[1] - found
-
-
-def _with_parameter(whole: VehicleIdentification, k: int, value: float) -> VehicleIdentification:
-    every = list(whole.parameters)
-    every[k] = every[k].model_copy(update={"file_value": value})
-    return whole.model_copy(update={"parameters": tuple(every)})
-
-
-def _with_thrust(whole: VehicleIdentification, k: int, value: float) -> VehicleIdentification:
-    every = list(whole.thrust)
-    every[k] = every[k].model_copy(update={"file_value": value})
-    return whole.model_copy(update={"thrust": tuple(every)})
 
 
 def write_corrected(file: Path, one: SimulatedVehicle, text: str | None) -> Path | None:

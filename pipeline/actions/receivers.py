@@ -12,7 +12,7 @@ from pipeline.export.receivers.autopilots import ardusub, px4
 from pipeline.export.receivers.exported import Exported, Subject, subject_of
 from pipeline.export.receivers.gazebo import gazebo
 from pipeline.export.receivers.stonefish import stonefish
-from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.provenance import write_atomically
 from pipeline.simulate.run import run
 from pipeline.types import FloatArray
@@ -75,25 +75,19 @@ def export_to_receiver(vehicle: str, form: str, to: Path, raw: Path, out: Path) 
     subject = subject_of(one.vehicle, one.packed)
     exported = FORMATS[form](subject)
     costs = tuple(_costs(subject, exported))
+    digest = one.file_digest
     lines = [
-        *_head(one, form),
+        f"{one.name} for {form}, by rig2sea {__version__} from vehicle.yaml with SHA-256 {digest}.",
         *exported.says,
         *(f"Not in it: {text}." for text in exported.lost),
         "",
+        f"What that costs, flown for {_SECONDS:g} s from rest by both:",
+        *(f"  {cost.line}" for cost in costs),
     ]
-    lines.append(f"What that costs, flown for {_SECONDS:g} s from rest by both:")
-    lines += [f"  {cost.line}" for cost in costs]
     head = "".join(exported.comment(line) + "\n" for line in lines)
     path = to / exported.file
     write_atomically(path, exported.text(head))
     return ReceiverFile(path, exported.says, exported.lost, costs)
-
-
-def _head(one: SimulatedVehicle, form: str) -> list[str]:
-    digest = one.file_digest
-    return [
-        f"{one.name} for {form}, by rig2sea {__version__} from vehicle.yaml with SHA-256 {digest}."
-    ]
 
 
 def _costs(subject: Subject, exported: Exported) -> list[Cost]:

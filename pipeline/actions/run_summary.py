@@ -46,21 +46,6 @@ def summarise_tether(tether: TetherLog) -> TetherSummary:
     return TetherSummary(*map(_range, ends))
 
 
-@dataclass(frozen=True)
-class LatchSummary:
-    """Largest force on a latch, as it closes too [N], and largest share of its strength."""
-
-    module: str
-    largest_n: float
-    closing_n: float
-    largest_share: float
-
-
-def summarise_latch(load: LatchLoad) -> LatchSummary:
-    """Sum up what a latch carried."""
-    return LatchSummary(load.module, load.largest_n, load.closing_n, load.largest_share)
-
-
 def latch_doubts(loads: Sequence[LatchLoad]) -> list[str]:
     """Say which latches would have failed."""
     return [

@@ -9,12 +9,10 @@ from typing import Any
 
 from pipeline import __version__
 from pipeline.actions.run_summary import (
-    LatchSummary,
     RunSummary,
     TetherSummary,
     latch_doubts,
     summarise,
-    summarise_latch,
     summarise_tether,
 )
 from pipeline.actions.simulation_request import (
@@ -54,6 +52,10 @@ from pipeline.vehicle.sensor_schema import Sensors
 __all__ = ["SimulationRequest", "SimulationResult", "replay", "simulate_to_file"]
 
 
+#: What is told of a latch.
+_LATCH = ("module", "largest_n", "closing_n", "largest_share")
+
+
 @dataclass(frozen=True)
 class SimulationResult:
     """What was simulated, and what is worth knowing of it."""
@@ -66,7 +68,7 @@ class SimulationResult:
     seed: int
     summary: RunSummary
     tether: TetherSummary | None
-    latches: tuple[LatchSummary, ...]
+    latches: tuple[LatchLoad, ...]
     warnings: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -82,7 +84,7 @@ class SimulationResult:
             "seed": self.seed,
             **asdict(self.summary),
             "tether": None if self.tether is None else asdict(self.tether),
-            "latches": [asdict(latch) for latch in self.latches],
+            "latches": [{key: getattr(own, key) for key in _LATCH} for own in self.latches],
             "warnings": list(self.warnings),
         }
 
@@ -167,7 +169,7 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         seed=request.seed,
         summary=summary,
         tether=None if tethered is None else summarise_tether(tethered.log()),
-        latches=tuple(summarise_latch(load) for load in loads if load.time_s.size),
+        latches=tuple(load for load in loads if load.time_s.size),
         warnings=(*warnings, *latch_doubts(loads), *summary.doubts),
     )
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 
 from pipeline.errors import Problem
 from pipeline.records.gains import ThrusterGains
@@ -88,16 +89,10 @@ class Findings:
     @cached_property
     def all_problems(self) -> tuple[Problem, ...]:
         """Every problem once, in the order found."""
-        found = list(self.problems)
-        for vehicle in self.vehicles:
-            found += vehicle.problems
-        for file in self.files:
-            found += file.problems
-        for run in self.runs:
-            found += run.problems
-        for notes in self.notes:
-            found += notes.problems
-        return tuple(dict.fromkeys(found))
+        found = [self.problems, *(one.problems for one in self.vehicles)]
+        found += [*(one.problems for one in self.files), *(one.problems for one in self.runs)]
+        found += [one.problems for one in self.notes]
+        return tuple(dict.fromkeys(chain.from_iterable(found)))
 
     @property
     def failed(self) -> bool:

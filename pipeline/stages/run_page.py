@@ -61,7 +61,9 @@ def _results(
 ) -> RunResults:
     own = {} if stored.record is None else stored.record.files
     made = {} if trial.record is None else trial.record.files
-    tables = {**_tables(own), **_tables(made)}
+    tables: dict[str, RunTable] = {}
+    for file in (*own, *made):
+        tables |= read_tables(Path(file)) if file.endswith(".npz") else {}
     log = next((file for file in stored.inputs if is_log_name(file)), name)
     return RunResults(
         vehicle=job.vehicle(),
@@ -93,12 +95,3 @@ def overlay_label(stored: StoredRun | None) -> str:
     if stored is not None and stored.size_bytes > LARGEST_OVERLAY_BYTES:
         return "Log with simulated channels alone, to be opened with the run's own (MCAP)"
     return "Log with measured and simulated channels, for a log viewer (MCAP)"
-
-
-def _tables(files: dict[str, str]) -> dict[str, RunTable]:
-    return {
-        name: table
-        for file in files
-        if file.endswith(".npz")
-        for name, table in read_tables(Path(file)).items()
-    }

@@ -121,7 +121,5 @@ def _compared(trials: Mapping[str, TrialDay], day: str) -> tuple[PooledGain, ...
 
 
 def _line(results: DayResults, errors: int, warnings: int) -> str:
-    parts = [plural(len(results.runs), "run")]
-    if not results.trial.settled:
-        parts.append("the fit did not come to an end")
-    return "; ".join([*parts, counted(errors, warnings)])
+    unsettled = () if results.trial.settled else ("the fit did not come to an end",)
+    return "; ".join([plural(len(results.runs), "run"), *unsettled, counted(errors, warnings)])

@@ -91,10 +91,10 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
 
 def _types_apart(job: Job, vehicle: Vehicle) -> tuple[str, ...]:
     """Say of each further type of thruster which thrusters are of it and where its page is."""
-    of: dict[str, list[str]] = {name: [] for name in vehicle.tables.types}
-    for one in vehicle.thrusters:
-        if name := vehicle.type_of(one):
-            of[name].append(one.name)
+    of = {
+        name: [one.name for one in vehicle.thrusters if vehicle.type_of(one) == name]
+        for name in vehicle.tables.types
+    }
     return tuple(
         f"tables of thruster type {name} ({', '.join(names) or 'no thruster'}) are on a page of "
         f"their own, {typed_name(job.vehicle_name, name)}."

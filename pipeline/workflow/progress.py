@@ -31,9 +31,10 @@ class Progress:
         key = _key(event)
         if event.what == "started":
             # a job that a cluster starts again: what its first try said does not count any more
-            if key in self._failed_keys():
+            again = [one for one in self.failed if _key(one) != key]
+            if len(again) < len(self.failed):
                 self.done -= 1
-                self.failed = [one for one in self.failed if _key(one) != key]
+                self.failed = again
             self.running[key] = event
         else:
             self.running.pop(key, None)
@@ -42,9 +43,6 @@ class Progress:
                 self.failed.append(event)
             self.say(_line(event))
         self._draw_bar()
-
-    def _failed_keys(self) -> set[tuple[str, str, str]]:
-        return {_key(event) for event in self.failed}
 
     def say(self, text: str) -> None:
         """Print a line above the bar."""

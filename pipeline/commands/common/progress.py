@@ -7,7 +7,7 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TextIO
@@ -50,27 +50,14 @@ class _Line:
             self.stream.flush()
 
 
-class Telling:
-    """Tells what is done now; a sentence without a full stop, "reading dive-3.mcap"."""
-
-    def __init__(self, line: _Line | None) -> None:
-        self._line = line
-
-    def __call__(self, text: str) -> None:
-        """Tell it."""
-        said = translate(text)
-        if self._line is None:
-            sys.stderr.write(f"{said}\n")
-            sys.stderr.flush()
-        else:
-            self._line.show(said)
-
-
 @contextmanager
-def telling() -> Iterator[Telling]:
-    """Give what a command tells with; on a terminal a clock runs beside the last text."""
+def telling() -> Iterator[Callable[[str], None]]:
+    """Give what a command tells with what it does now: "reading dive-3.mcap", without a full stop.
+
+    On a terminal a clock runs beside the last text.
+    """
     if not sys.stderr.isatty():
-        yield Telling(None)
+        yield lambda text: print(translate(text), file=sys.stderr, flush=True)
         return
     line, over = _Line(sys.stderr), threading.Event()
 
@@ -81,7 +68,7 @@ def telling() -> Iterator[Telling]:
     clock = threading.Thread(target=tick, daemon=True)
     clock.start()
     try:
-        yield Telling(line)
+        yield lambda text: line.show(translate(text))
     finally:
         over.set()
         clock.join()

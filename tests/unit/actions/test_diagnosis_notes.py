@@ -12,6 +12,7 @@ from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.records.run_table import KnownOfRun, RunTable
+from pipeline.stages.index_page import Question
 
 
 @pytest.fixture
@@ -47,7 +48,7 @@ def test_a_run_of_which_no_overlay_can_be_made_is_named(
     spec = EffectSpec("residual_buoyancy", {"force_n": 5.0})
     monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: replace(found, specs=(spec,)))
     monkeypatch.setattr(diagnosis, "find_logs", lambda *_: (Path("long.mcap"),))
-    monkeypatch.setattr(diagnosis, "_refuse_twice", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "_question", lambda *_: Question(("long.mcap",)))
     monkeypatch.setattr(diagnosis, "simulate_to_file", too_long)
     files = diagnose_to_files(DiagnosisRequest("rov8", ("long",), to=tmp_path))
     assert files.overlays == ()
