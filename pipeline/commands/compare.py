@@ -5,8 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands.common.options import AS_JSON, OUT, RAW, to_folder
-from pipeline.commands.common.progress import telling
-from pipeline.commands.common.say import print_json, say
+from pipeline.commands.common.say import print_json, say, telling
 
 
 @click.command()

@@ -12,8 +12,7 @@ from pipeline.commands.common.options import (
     several,
     to_folder,
 )
-from pipeline.commands.common.progress import telling
-from pipeline.commands.common.say import print_json, say
+from pipeline.commands.common.say import print_json, say, telling
 from pipeline.language import as_it_is, translate
 
 if TYPE_CHECKING:

@@ -14,8 +14,7 @@ from pipeline.commands.common.options import (
     several,
     to_folder,
 )
-from pipeline.commands.common.progress import telling
-from pipeline.commands.common.say import print_json, say, warn
+from pipeline.commands.common.say import print_json, say, telling, warn
 
 if TYPE_CHECKING:
     from pipeline.records.identification import (

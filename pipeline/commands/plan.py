@@ -6,8 +6,7 @@ from typing import Any
 import click
 
 from pipeline.commands.common.options import AS_JSON, OUT, RAW, to_folder
-from pipeline.commands.common.progress import telling
-from pipeline.commands.common.say import print_json, say
+from pipeline.commands.common.say import print_json, say, telling
 
 _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
 

@@ -5,8 +5,7 @@ from typing import Any
 import click
 
 from pipeline.commands.common.options import OUT, RAW, json_option, to_folder
-from pipeline.commands.common.progress import telling
-from pipeline.commands.common.say import print_json, say
+from pipeline.commands.common.say import print_json, say, telling
 
 
 @click.command()

@@ -1,11 +1,17 @@
-"""What a command says: in the reader's language, as JSON, and how it ends without some files."""
+"""What a command says: in the reader's language, as JSON, what it is doing, and how it ends."""
 
 import errno
 import json
+import shutil
+import sys
 import tempfile
+import threading
+import time
 import traceback
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -87,3 +93,64 @@ def end_with(refused: Iterable[Problem]) -> None:
         say(f"error: {problem}", err=True)
     if errors:
         raise click.exceptions.Exit(1)
+
+
+_CLEAR_LINE = "\r\x1b[2K"
+_TICK_S = 1.0
+
+
+@dataclass
+class _Line:
+    """The line on the terminal: what is done now and for how many seconds."""
+
+    stream: TextIO
+    text: str = ""
+    since_s: float = 0.0
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def show(self, text: str) -> None:
+        with self.lock:
+            self.text, self.since_s = text, time.monotonic()
+        self.draw()
+
+    def draw(self) -> None:
+        with self.lock:
+            if not self.text:
+                return
+            seconds = time.monotonic() - self.since_s
+            end = f" ... {seconds:.0f} s" if seconds >= _TICK_S else " ..."
+            # a line that wraps cannot be cleared, and each second would add another
+            room = max(shutil.get_terminal_size().columns - 1 - len(end), 0)
+            self.stream.write(f"{_CLEAR_LINE}{self.text[:room]}{end}")
+            self.stream.flush()
+
+    def clear(self) -> None:
+        with self.lock:
+            self.text = ""
+            self.stream.write(_CLEAR_LINE)
+            self.stream.flush()
+
+
+@contextmanager
+def telling() -> Iterator[Callable[[str], None]]:
+    """Give what a command tells with what it does now: "reading dive-3.mcap", without a full stop.
+
+    On a terminal a clock runs beside the last text.
+    """
+    if not sys.stderr.isatty():
+        yield lambda text: print(translate(text), file=sys.stderr, flush=True)
+        return
+    line, over = _Line(sys.stderr), threading.Event()
+
+    def tick() -> None:
+        while not over.wait(_TICK_S):
+            line.draw()
+
+    clock = threading.Thread(target=tick, daemon=True)
+    clock.start()
+    try:
+        yield lambda text: line.show(translate(text))
+    finally:
+        over.set()
+        clock.join()
+        line.clear()

@@ -7,8 +7,8 @@ import time
 
 import pytest
 
-from pipeline.commands.common import progress
-from pipeline.commands.common.progress import telling
+from pipeline.commands.common import say
+from pipeline.commands.common.say import telling
 
 
 class Terminal(io.StringIO):
@@ -28,7 +28,7 @@ def test_a_pipe_gets_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_terminal_gets_one_line_that_goes_away(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
-    monkeypatch.setattr(progress, "_TICK_S", 0.01)
+    monkeypatch.setattr(say, "_TICK_S", 0.01)
 
     def work() -> None:
         with telling() as tell:
@@ -50,7 +50,7 @@ def test_a_line_never_wraps(monkeypatch: pytest.MonkeyPatch, columns: int) -> No
     """Clock included: a line that wraps stays, and the next second adds another."""
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
-    monkeypatch.setattr(progress, "_TICK_S", 0.01)
+    monkeypatch.setattr(say, "_TICK_S", 0.01)
     monkeypatch.setenv("COLUMNS", str(columns))
     with telling() as tell:
         tell(f"simulating {'zig_zag_' * 20}.mcap with the effect")
