@@ -128,9 +128,7 @@ def identify_runs(
         why_no_straight_line=no_lines,
         warnings=(*notes, *more),
         gains=gains_of_runs(
-            one,
-            [*tables, *(table for _, table in judged)],
-            healthy_runs([*fitted, *judged]),
+            one, [*tables, *(table for _, table in judged)], healthy_runs([*fitted, *judged])
         ),
         changes=changes,
         elapsed_s=round(time.perf_counter() - begin, 2),
@@ -214,10 +212,7 @@ def _lines(
 
 
 def _corrected(
-    one: SimulatedVehicle,
-    whole: VehicleIdentification | None,
-    runs: Sequence[str],
-    folder: Path,
+    one: SimulatedVehicle, whole: VehicleIdentification | None, runs: Sequence[str], folder: Path
 ) -> tuple[str | None, tuple[FileChange, ...], tuple[str, ...]]:
     """Text of the corrected vehicle file, what it changes, and what to say of it."""
     if whole is None:

@@ -7,12 +7,7 @@ from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Quantity
 from pipeline.errors import Problem
-from pipeline.records.measurements import (
-    LoadTestPoint,
-    MooringPoint,
-    OpenWaterPoint,
-    SheetRead,
-)
+from pipeline.records.measurements import LoadTestPoint, MooringPoint, OpenWaterPoint, SheetRead
 from pipeline.stages.bench_records import READERS
 from pipeline.vehicle.schema import Vehicle
 
@@ -68,10 +63,7 @@ def read_together(files: Sequence[RawFile]) -> tuple[list[FileFinding], list[Pro
 
 
 def _finding(
-    file: RawFile,
-    sheets: Sequence[SheetRead],
-    points: Sequence[Point],
-    problems: Sequence[Problem],
+    file: RawFile, sheets: Sequence[SheetRead], points: Sequence[Point], problems: Sequence[Problem]
 ) -> FileFinding:
     used = [point for point in points if not point.marks]
     marks = Counter(mark for point in points for mark in point.marks)

@@ -43,11 +43,7 @@ if TYPE_CHECKING:
 )
 @click.option("--resume", is_flag=True, help="Go on with the campaign that the folder holds.")
 @click.option(
-    "--processes",
-    type=click.IntRange(1, 64),
-    default=2,
-    show_default=True,
-    help="Cases at a time.",
+    "--processes", type=click.IntRange(1, 64), default=2, show_default=True, help="Cases at a time."
 )
 @click.option(
     "--run-s",

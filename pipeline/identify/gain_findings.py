@@ -11,15 +11,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.effects.effect import AXES
-from pipeline.identify.gain_estimates import (
-    ALL,
-    GainSet,
-    Pooled,
-    References,
-    Rows,
-    pool,
-    typical,
-)
+from pipeline.identify.gain_estimates import ALL, GainSet, Pooled, References, Rows, pool, typical
 from pipeline.identify.gain_tests import (
     FALSE_ALARMS,
     ORDINARY_COUPLING,

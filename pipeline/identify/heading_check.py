@@ -37,11 +37,7 @@ class HeadingCheck:
     told_by: str
 
 
-def heading_check(
-    packed: PackedVehicle,
-    run: RunTable,
-    delay_s: float,
-) -> HeadingCheck | None:
+def heading_check(packed: PackedVehicle, run: RunTable, delay_s: float) -> HeadingCheck | None:
     """Compare the rate of the heading with that of the gyroscope, or with the commands' yaw.
 
     `delay_s` is how late the commands act beyond the model's lag. None without an attitude, or

@@ -7,13 +7,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.records.base import Source
-from pipeline.records.fits import (
-    FitQuality,
-    OrderScore,
-    Outlier,
-    PolynomialFit,
-    ResidualPoint,
-)
+from pipeline.records.fits import FitQuality, OrderScore, Outlier, PolynomialFit, ResidualPoint
 from pipeline.types import FloatArray
 
 

@@ -87,12 +87,7 @@ def reliability(thrust: FloatArray, thrust_noise: float) -> float:
 
 WEIGHT, WALLS = "weight along the axis", "nearness of walls x thrust"
 #: Units of the coefficients that are no plain ratio.
-UNITS = {
-    "linear drag": "1/s",
-    "quadratic drag": "1/m",
-    WEIGHT: "m/s^2",
-    WALLS: "1/kg",
-}
+UNITS = {"linear drag": "1/s", "quadratic drag": "1/m", WEIGHT: "m/s^2", WALLS: "1/kg"}
 #: A regressor counts if at least this share of it is not in the others already.
 OWN_SHARE = 0.02
 #: Largest coefficients to expect: of rotation (m + A_jj) / (m + A_ii), of the weight along the axis
@@ -110,11 +105,7 @@ _ROTATION = (
 
 
 def omitted_terms(
-    packed: PackedVehicle,
-    run: RunTable,
-    velocity: FloatArray,
-    thrust: FloatArray,
-    along: int,
+    packed: PackedVehicle, run: RunTable, velocity: FloatArray, thrust: FloatArray, along: int
 ) -> dict[str, FloatArray]:
     """Return the regressors (m,) of one axis at every sample of a run.
 

@@ -8,12 +8,7 @@ import numpy.typing as npt
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
-from pipeline.identify.working_grid import (
-    ThrusterFits,
-    WorkingGrid,
-    solve_grid,
-    thrust_jacobian,
-)
+from pipeline.identify.working_grid import ThrusterFits, WorkingGrid, solve_grid, thrust_jacobian
 from pipeline.physics.thrust_grid import dead_zone_code
 from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero, free_propeller_drag
 from pipeline.records.fit_values import torque_surface

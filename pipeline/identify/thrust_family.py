@@ -19,13 +19,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.cubic_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
-from pipeline.records.fits import (
-    Basis,
-    SignedFamily,
-    StaticCharacteristic,
-    ThrustFamily,
-    Vector,
-)
+from pipeline.records.fits import Basis, SignedFamily, StaticCharacteristic, ThrustFamily, Vector
 from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
@@ -85,10 +79,7 @@ def family_curves(static: StaticCharacteristic, thrust_dead_n: float) -> Family 
     ]
     if static.faster is not None:
         more = zip(
-            static.faster.speed_mps,
-            static.faster.thrust_n,
-            static.faster.thrust_std_n,
-            strict=True,
+            static.faster.speed_mps, static.faster.thrust_n, static.faster.thrust_std_n, strict=True
         )
         rows += [(v, row, std, np.ones(code.size, bool)) for v, row, std in more]
     speeds, curves, halves = [], [], []
@@ -160,11 +151,7 @@ def _scatter(curve: ThrustCurve, points: tuple[MooringPoint, ...], sign: int) ->
 
 
 def both_signs(
-    calculated: Family | None,
-    points: tuple[MooringPoint, ...],
-    *,
-    reverses: bool,
-    notes: list[str],
+    calculated: Family | None, points: tuple[MooringPoint, ...], *, reverses: bool, notes: list[str]
 ) -> tuple[Family, Family]:
     """Return the families ahead and in reverse.
 

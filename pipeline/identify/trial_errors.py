@@ -110,10 +110,7 @@ def sensor_log(
 
 
 def compared(
-    sensors: Sensors,
-    table: RunTable,
-    windowed: RunTable,
-    flights: TrialFlights,
+    sensors: Sensors, table: RunTable, windowed: RunTable, flights: TrialFlights
 ) -> tuple[ChannelError, ...]:
     """Errors of every channel that was measured and simulated.
 

@@ -47,11 +47,7 @@ class TrialFlights:
 
 
 def fly_trial(
-    packed: PackedVehicle,
-    sensors: Sensors,
-    table: RunTable,
-    *,
-    threads: int = 2,
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, *, threads: int = 2
 ) -> TrialFlights:
     """Fly the commands of a run again, over windows of `HORIZON_S`.
 

@@ -12,20 +12,12 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
 from pipeline.identify.output_error import MOST_STEPS, SMALLEST_GAIN, FitSolution, solve
-from pipeline.identify.parameter_intervals import (
-    Posterior,
-    identified_parameters,
-    posterior_of,
-)
+from pipeline.identify.parameter_intervals import Posterior, identified_parameters, posterior_of
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.window_derivatives import FitPoint, FitProblem, residuals
-from pipeline.identify.window_outputs import (
-    WindowStack,
-    simulate_windows,
-    stack_windows,
-)
+from pipeline.identify.window_outputs import WindowStack, simulate_windows, stack_windows
 from pipeline.identify.windows import Window, cut
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.run_table import RunTable

@@ -122,13 +122,7 @@ def identify_vehicle(
         if corrected is not None:
             models["corrected_file"] = (packed, solution.problem.vector(corrected))
         return prediction_quality(
-            models,
-            windows,
-            judged_by,
-            fit.channels,
-            black_box,
-            offsets=offsets,
-            threads=threads,
+            models, windows, judged_by, fit.channels, black_box, offsets=offsets, threads=threads
         )
 
     filed = steps_of_file(solution, found, thrust) if correct else None

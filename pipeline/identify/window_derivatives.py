@@ -110,9 +110,7 @@ class FitProblem:
     def origin(self) -> "FitPoint":
         """Nominal parameters, no offsets or wander, first states as measured."""
         return FitPoint(
-            np.zeros(self.size),
-            np.zeros(self.shared.size),
-            np.zeros((len(self.stack.windows), 12)),
+            np.zeros(self.size), np.zeros(self.shared.size), np.zeros((len(self.stack.windows), 12))
         )
 
 

@@ -167,10 +167,7 @@ def lead_starts(
 
 
 def _estimated(
-    model: Model,
-    leads: Sequence[Window],
-    channels: Sequence[ChannelNoise],
-    threads: int,
+    model: Model, leads: Sequence[Window], channels: Sequence[ChannelNoise], threads: int
 ) -> FloatArray | None:
     packed, vector = model
     stack = stack_windows(packed, leads, channels)

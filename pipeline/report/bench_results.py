@@ -95,10 +95,7 @@ def bench_line(
     # a drive that does not reverse has a mirrored branch that it never enters
     largest = fixed(ahead.thrust_max_n[0], 1)
     largest += f" / {fixed(-astern.thrust_max_n[0], 1)}" if made.code_min < 0 else ""
-    parts = [
-        f"{largest} N at rest",
-        f"dead zone to code {code(round(ahead.code[0][0]))}",
-    ]
+    parts = [f"{largest} N at rest", f"dead zone to code {code(round(ahead.code[0][0]))}"]
     own = [p for p in mooring.points if not p.marks and p.code] if mooring is not None else []
     if own:
         codes, thrust = _curve(made)

@@ -12,12 +12,7 @@ from pipeline.report.blocks import Blocks, Links, Table, Text, chapter, fold
 from pipeline.report.html import address_from, safe_link
 from pipeline.report.numbers import code, fixed, general, signed, speed
 from pipeline.report.page import Page
-from pipeline.report.results import (
-    VehicleResults,
-    all_checks,
-    all_problems,
-    missing_reasons,
-)
+from pipeline.report.results import VehicleResults, all_checks, all_problems, missing_reasons
 from pipeline.report.sections.allocation import allocation_section, validation_section
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section

@@ -7,22 +7,10 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pipeline.errors import (
-    CannotComputeError,
-    InputError,
-    Place,
-    Problem,
-    is_of_the_machine,
-)
+from pipeline.errors import CannotComputeError, InputError, Place, Problem, is_of_the_machine
 from pipeline.inputs.no_solution import with_reason
 from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder, typed_name
-from pipeline.provenance import (
-    Envelope,
-    file_digest,
-    read_envelope,
-    read_tables,
-    write_envelope,
-)
+from pipeline.provenance import Envelope, file_digest, read_envelope, read_tables, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.vehicle.load import load_vehicle

@@ -35,8 +35,7 @@ def run(job: Job) -> tuple[PageReceipt, str]:
         name: one.record for name, one in job.all_in("day_diagnoses", "day_diagnosis", DayDiagnosis)
     }
     flown = Flown(
-        {one.name: one.manoeuvres for one in runs},
-        tuple(one.name for one in runs if one.errors),
+        {one.name: one.manoeuvres for one in runs}, tuple(one.name for one in runs if one.errors)
     )
     last = next((told[name] for name in sorted(told, reverse=True) if name < day), None)
     glance = day_glance(job.vehicle_name, day, told.get(day), flown, last)
@@ -93,11 +92,7 @@ def _completed(job: Job, run: PageReceipt, told: DayDiagnosis | None, day: Glanc
         write_page(text, Path(run.address))
         return run
     glance = run_glance(
-        job.vehicle_name,
-        run.name,
-        told,
-        Flown({run.name: run.manoeuvres}),
-        last=day.last_advice,
+        job.vehicle_name, run.name, told, Flown({run.name: run.manoeuvres}), last=day.last_advice
     )
     if all(run.name not in one.runs for one in told.findings):
         why = told.without.get(run.name, told.why_not)

@@ -10,14 +10,7 @@ from typing import Generic, TypeVar
 
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import CannotComputeError, InputError, Problem
-from pipeline.plan import (
-    TITLES,
-    UsageError,
-    VehicleFolder,
-    choose,
-    processed_file,
-    report_file,
-)
+from pipeline.plan import TITLES, UsageError, VehicleFolder, choose, processed_file, report_file
 from pipeline.provenance import file_digest, read_envelope, read_raw_envelope, unwritable
 from pipeline.records.base import Record
 from pipeline.records.validation import AllocatorValidation

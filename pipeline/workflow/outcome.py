@@ -22,14 +22,9 @@ from pipeline.plan import (
 from pipeline.provenance import read_envelope, read_raw_envelope
 from pipeline.records.pages import PageFile
 from pipeline.records.trial import PageReceipt
-from pipeline.report.page import glance_text
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_plan import PoolPlan
-from pipeline.workflow.pool_runs import (
-    day_problems,
-    pool_problems,
-    result_file,
-)
+from pipeline.workflow.pool_runs import day_problems, pool_problems, result_file
 from pipeline.workflow.vehicle_places import types_of
 
 
@@ -251,6 +246,8 @@ def summary(result: Result, out: Path) -> Iterator[str]:
 
 def _results(result: Result, out: Path) -> Iterator[str]:
     """Say what came out: of each vehicle the first screen and its bench, of each page a line."""
+    from pipeline.report.page import glance_text
+
     for name in result.vehicles:
         try:
             path = out / processed_file(name, "vehicle_page")

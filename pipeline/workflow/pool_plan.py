@@ -19,14 +19,7 @@ from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, module_of, stages_of
 from pipeline.workflow.known_files import KnownFiles
-from pipeline.workflow.pool_runs import (
-    UNDATED,
-    PoolLog,
-    by_day,
-    log_size,
-    pool_logs,
-    result_file,
-)
+from pipeline.workflow.pool_runs import UNDATED, PoolLog, by_day, log_size, pool_logs, result_file
 
 #: Phase -> its stages, in groups that all runs of a batch go through before the next: a page waits
 #: for no diagnosis. Reading does not wait for the bench; flying does.

@@ -133,12 +133,7 @@ def _environment(journal: Path) -> dict[str, str]:
     for variable, usual in (("XDG_CACHE_HOME", ".cache"), ("XDG_CONFIG_HOME", ".config")):
         if not _can_be_made(Path(kept.get(variable) or home / usual)):
             kept[variable] = str(journal.absolute().parent / usual.removeprefix("."))
-    return {
-        **kept,
-        "PYTHONSAFEPATH": "1",
-        VARIABLE: str(journal.absolute()),
-        LANGUAGE: current(),
-    }
+    return {**kept, "PYTHONSAFEPATH": "1", VARIABLE: str(journal.absolute()), LANGUAGE: current()}
 
 
 def _can_be_made(folder: Path) -> bool:

@@ -13,11 +13,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 def folder(option: str, default: str, meaning: str) -> Callable[[_F], _F]:
     """Make an option that takes a folder."""
     return click.option(
-        option,
-        type=click.Path(path_type=Path),
-        default=Path(default),
-        metavar="DIR",
-        help=meaning,
+        option, type=click.Path(path_type=Path), default=Path(default), metavar="DIR", help=meaning
     )
 
 
