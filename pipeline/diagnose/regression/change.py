@@ -16,6 +16,8 @@ from pipeline.types import FloatArray
 _WIDTHS = ((1.0, 0.8), (3.0, 0.2))
 #: How much thrust a run may have of what the sound ones had. [1]
 _SCALES = (0.3, 3.0)
+#: Degrees of freedom by which runs and a test agree: few, tails are heavy.
+_TAIL = 4.0
 #: Prior probability that all runs carry a change.
 _ALL_RUNS = 0.7
 
@@ -91,6 +93,16 @@ class Shared:
         total = float(np.logaddexp.reduce([one[0] for one in tried]))
         _, mean, std = max(tried, key=lambda one: one[0])
         return total, mean, std
+
+    def agrees(self, k: int, runs: Sequence[int], size: float, std: float) -> float:
+        """Log density of a size that is known otherwise, by what runs say, over that at their own.
+
+        It is Student's, as a model that is wrong elsewhere may speak against it, too.
+        """
+        information = sum(float(self.information[r][k, k]) for r in runs)
+        off = information * size - sum(float(self.score[r][k]) for r in runs)
+        square = off**2 / max(information + (information * std) ** 2, 1e-12)
+        return -0.5 * (_TAIL + 1.0) * float(np.log1p(square / _TAIL))
 
     def thrust_of(
         self, which: Sequence[int], runs: Sequence[int], mean: FloatArray

@@ -173,7 +173,7 @@ def _hypotheses(
             _change(runs, part, directions, prior + _prior_of(1, len(every), most))
             for part in alone
         ]
-        own += _by_gains(directions, members[0], prior, gained)
+        own += _by_gains(runs, directions[members[0]], members[0], prior, gained)
         # those that are told best, one after the other
         first = max(own, key=_value)
         for count in range(2, min(len(parts), most) + 1):
@@ -234,16 +234,20 @@ def _worth(one: Change) -> float:
 
 
 def _by_gains(
-    directions: Sequence[Coordinate], k: int, prior: float, gained: Sequence[Gained]
+    runs: Shared, direction: Coordinate, k: int, prior: float, gained: Sequence[Gained]
 ) -> list[Change]:
-    """Evidence of a test; its p-value counts all comparisons, and so does the prior (log)."""
-    found, direction = [], directions[k]
+    """Evidence of a test; its p-value counts all comparisons, and so does the prior (log).
+
+    A lag makes a gain look small, too. Where the motion speaks of that thruster it has to agree.
+    """
+    found = []
     for one in gained:
         if direction.effect.id != "thruster_degraded" or direction.target != one.thruster:
             continue
         value = log_bound(one.p_value) - prior + float(np.log(PRIOR_OF_ONE))
         mean = (one.value - direction.parameter.neutral) / direction.unit_size
         half = (one.ci95[1] - one.ci95[0]) / 2.0 / 1.96 / direction.unit_size
+        value += runs.agrees(k, one.runs, mean, half)
         size = np.array([mean]), np.array([half])
         found.append(Change(_name(direction), (k,), one.runs, value, value + prior, *size))
     return found

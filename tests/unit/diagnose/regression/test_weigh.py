@@ -190,6 +190,13 @@ def test_gains_count_where_they_show_more() -> None:
     assert sizes(first, DIRECTIONS, INEXACT)[1][0] == pytest.approx(0.0, abs=0.1)
 
 
+def test_gains_do_not_count_where_the_motion_speaks_against_them() -> None:
+    """A lag makes a gain look small; the force of that thruster is there all the same."""
+    sound = told((0.0, 0.0, 0.0), 400.0)
+    dead = Gained("right", (0,), 0.0, (-0.2, 0.2), 1e-4)
+    assert weighed([sound], DIRECTIONS, ORDINARY, (dead,))[0].name == NONE
+
+
 @dataclass(frozen=True)
 class Drawn:
     """Runs drawn with a scatter and a noise."""
