@@ -7,7 +7,7 @@ What was decided so is told with its figures.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.log_source import TABLE
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_down import depth_against_pressure, doubtful_depths
 from pipeline.ingest.pool_run_health import runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base
+from pipeline.ingest.pool_run_sizes import depth_against_pressure, doubtful_depths
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -33,21 +33,17 @@ _NOTHING = "has no valid reading"
 _ORDER = ("specific_force", "attitude", "angular_velocity", "depth", "position", "velocity")
 
 
-@dataclass(frozen=True)
-class ChannelSource:
-    """What may be taken for a quantity: a channel, or one for each of several thrusters."""
+#: What may be taken for a quantity: a channel by its name, or one for each of several thrusters.
+ChannelSource = Mapping[str, RunChannel]
 
-    channels: Mapping[str, RunChannel]
 
-    @property
-    def name(self) -> str:
-        """Name of the (first) channel."""
-        return next(iter(self.channels))
+def _first(source: ChannelSource) -> tuple[str, RunChannel]:
+    return next(iter(source.items()))
 
-    @property
-    def channel(self) -> RunChannel:
-        """The (first) channel."""
-        return next(iter(self.channels.values()))
+
+def _is_taken(source: ChannelSource, channels: Mapping[str, RunChannel]) -> bool:
+    name, channel = _first(source)
+    return channels.get(name) is channel
 
 
 def choose_sources(
@@ -58,20 +54,19 @@ def choose_sources(
     `run` has the channels that are settled. Returns the channels that were taken, by name.
     """
     alive = [list(some) for group in groups if (some := _alive(group, run.place, told))]
-    taken = {name: one for group in alive for name, one in group[0].channels.items()}
+    taken = {name: one for group in alive for name, one in group[0].items()}
     several = [
         group
         for quantity in _ORDER
         for group in alive
-        if len(group) > 1 and group[0].channel.quantity.removesuffix("_earth") == quantity
+        if len(group) > 1 and _first(group[0])[1].quantity.removesuffix("_earth") == quantity
     ]
     for group in several:
-        others = {name: one for name, one in taken.items() if name != group[0].name}
+        others = {name: one for name, one in taken.items() if name not in group[0]}
         best, why = _best(group, replace(run, channels={**run.channels, **others}), vehicle)
         if best is not group[0]:
-            del taken[group[0].name]
-            taken[best.name] = best.channel
-            what = f"{best.name} is taken from {_called(best)}, not {_called(group[0])}"
+            taken = {**others, **best}
+            what = f"{_first(best)[0]} is taken from {_called(best)}, not {_called(group[0])}"
             told.append(run.place.warning(f"{what}: {why.rstrip('.')}."))
     for sources in groups:
         told += _also_fitting(sources, taken, run.place)
@@ -80,7 +75,7 @@ def choose_sources(
 
 def _called(one: ChannelSource) -> str:
     """Name a source by its topic; a column of a table by its name."""
-    read = one.channel.read
+    read = _first(one)[1].read
     return f'"{", ".join(read.fields)}"' if read.topic == TABLE else read.topic
 
 
@@ -88,15 +83,15 @@ def _alive(
     group: Sequence[ChannelSource], place: Place, told: list[Problem]
 ) -> list[ChannelSource]:
     """Leave the dead out, as long as something lives, and what has no reading at all."""
-    died = [(one, _death(one.channel)) for one in group]
+    died = [(one, _death(_first(one)[1])) for one in group]
     readable = [(one, why) for one, why in died if why != _NOTHING]
     alive = [one for one, why in readable if not why]
     if not alive:
         return [one for one, _ in readable]
     first, why = readable[0]
     if why:
-        now, before = alive[0].channel.topic, first.channel.topic
-        what = f"{alive[0].name} is taken from {now}: that of {before} {why}."
+        (name, now), (_, before) = _first(alive[0]), _first(first)
+        what = f"{name} is taken from {now.topic}: that of {before.topic} {why}."
         told.append(place.warning(what, remedy="Check the sensor."))
     return alive
 
@@ -121,17 +116,18 @@ def _best(
 ) -> tuple[ChannelSource, str]:
     """Return the first source with the fewest contradictions, and what the first is blamed for."""
     blamed = []
+    channels = [_first(one)[1] for one in group]
     try:
-        bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
-        by_pressure = [one.channel for one in group if one.channel.read.quantity == "pressure"]
-        for one in group:
-            with_it = replace(run, channels={**run.channels, one.name: one.channel})
-            others = [other for other in bodies if other is not one.channel]
+        bodies = [one for one in channels if one.quantity == "velocity"]
+        by_pressure = [one for one in channels if one.read.quantity == "pressure"]
+        for source, channel in zip(group, channels, strict=True):
+            with_it = replace(run, channels={**run.channels, **source})
+            others = [other for other in bodies if other is not channel]
             found = [
                 *doubtful_depths(with_it, vehicle),
                 *contradictions(with_it, vehicle, on_one_base(with_it), others),
             ]
-            own = depth_against_pressure(one.channel, by_pressure)
+            own = depth_against_pressure(channel, by_pressure)
             blamed.append([*filter(None, [own]), *(problem.what for problem in found)])
     except CannotComputeError:
         return group[0], ""
@@ -142,11 +138,11 @@ def _best(
 def _also_fitting(
     group: Sequence[ChannelSource], taken: Mapping[str, RunChannel], place: Place
 ) -> Iterator[Problem]:
-    chosen = next((one for one in group if taken.get(one.name) is one.channel), None)
+    chosen = next((one for one in group if _is_taken(one, taken)), None)
     others = [_called(one) for one in group if one is not chosen]
     if chosen is None or not others:
         return  # the channel itself says where it is from
-    read = chosen.channel.read
+    read = _first(chosen)[1].read
     yield place.note(
         f"{read.quantity} is taken from {read.topic} ({', '.join(read.fields)}, {read.mapped_by}). "
         f"Also fitting: {', '.join(dict.fromkeys(others))}."
@@ -165,13 +161,13 @@ def topics_read(
         used.setdefault(channel.topic, []).append(name)
     instead: dict[str, list[str]] = {}
     for group in groups:
-        taken = next((one.channel for one in group if channels.get(one.name) is one.channel), None)
-        for one in group:
-            if taken is None or one.channel.topic != taken.topic:
-                said = f"{one.channel.quantity} has no valid reading"
+        taken = next((_first(one)[1].topic for one in group if _is_taken(one, channels)), None)
+        for one in (_first(source)[1] for source in group):
+            if taken is None or one.topic != taken:
+                said = f"{one.quantity} has no valid reading"
                 if taken is not None:
-                    said = f"{one.channel.quantity} is taken from {taken.topic}"
-                instead.setdefault(one.channel.topic, []).append(said)
+                    said = f"{one.quantity} is taken from {taken}"
+                instead.setdefault(one.topic, []).append(said)
     return tuple(
         TopicRead(
             topic=topic.name,

@@ -10,22 +10,25 @@ swapped or reversed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.ingest.pool_run_convert import BODY
-from pipeline.ingest.pool_run_resample import into_body, on_rows, thrusters_of
+from pipeline.ingest.pool_run_convert import BODY, EARTH
+from pipeline.ingest.pool_run_resample import TABLE_HZ, into_body, resample, thrusters_of
 from pipeline.ingest.pool_run_score import (
+    SECOND,
     Meaning,
     Sums,
     about_down,
+    effort_of,
     left_of,
     mean_over,
+    rate_of,
     rearranged,
     sums_of_parts,
 )
-from pipeline.records.run_arrays import PoolRun
+from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import RunTable, down_axis
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -33,7 +36,7 @@ from pipeline.vehicle.schema import Vehicle
 #: How a vehicle may lag behind the push. [s]
 _LAGS_S = (0.5, 1.5, 4.0, 10.0)
 #: Less way may be a drift or noise; fewer rows say nothing. [m/s, -]
-_UNDER_WAY_MPS, _FEWEST_ROWS = 0.05, 120
+_UNDER_WAY_MPS, _FEWEST_ROWS = 0.05, 240
 #: Less way ahead or sideways is noise [m/s]; nearly all of a run.
 _LEVEL_WAY_MPS, _MOST_OF_TIME = 0.1, 0.95
 #: What is unexplained at least before another reading is looked for, one that has a free angle or
@@ -44,9 +47,6 @@ _OF_SPEEDS, _OF_CHANGES = (0.25, 0.08, 0.4), (0.05, 0.05, 0.55)
 _MOST_LEFT_OF_HALF = 0.75
 #: What the rate of position leaves at most of a velocity that is as it was read.
 _AGREES = 0.1
-#: A velocity that is so many times the one by another sensor is in a smaller unit than m/s: a knot
-#: is 0.51. Its changes are less than those felt, however alike, and of a sound one up to 0.9 times.
-MOST_OF_UNIT, _MOST_OF_FELT, _FELT_ALIKE = 1.7, 1.4, 0.85
 #: Readings that leave so little more than the best are told beside it, up to so many.
 _ALIKE, _MOST_TOLD = 0.03, 3
 #: A current that a vehicle may drift in [m/s]; rows that tell it.
@@ -74,94 +74,116 @@ class Reading:
     """It is turned about the vertical by an angle that nobody knows."""
 
 
+def readings_of(run: PoolRun, table: RunTable) -> list[Reading]:
+    """Return the velocity in body axes as it was read, and as it might have been meant."""
+    if "velocity" not in table.values:
+        return []
+    channel = run.channels.get("velocity") or run.channels["velocity_earth"]
+    body, axes = table.values["velocity"], channel.read.axes
+    read_as, found = (channel.quantity, axes), [Reading(body, "")]
+    # as it stood in the messages
+    is_turned = channel.quantity == "velocity_earth"
+    xyz = over_earth(body, table) @ EARTH[axes] if is_turned else body @ BODY[axes]
+    for one in ("frd", "flu"):
+        if read_as != ("velocity", one):
+            how = f"{{quantity: velocity, body_axes: {one}}}"
+            found.append(Reading(xyz @ BODY[one].T, how))
+    found.append(Reading(-body, "{sign: -1}"))
+    attitude, rate = (table.values.get(one) for one in ("attitude", "angular_velocity"))
+    turn = attitude
+    if turn is None and rate is not None:  # a heading from one that nobody knows
+        half = np.cumsum(np.nan_to_num(rate[:, 2])) / TABLE_HZ / 2.0
+        turn = np.stack([np.cos(half), 0.0 * half, 0.0 * half, np.sin(half)], axis=1)
+    for one in ("ned", "enu"):
+        if turn is not None and read_as != ("velocity_earth", one):
+            how, ned = f"{{quantity: velocity_earth, earth_axes: {one}}}", xyz @ EARTH[one].T
+            found.append(Reading(into_body(ned, turn), how, any_heading=attitude is None))
+    return found
+
+
+def over_earth(velocity: FloatArray, table: RunTable) -> FloatArray:
+    """Turn a velocity of the body to the earth (NED), as far as an attitude is known."""
+    if "attitude" not in table.values:
+        return velocity
+    return into_body(velocity, table.values["attitude"] * np.array([1.0, -1.0, -1.0, -1.0]))
+
+
 def meant_otherwise(
-    run: PoolRun, table: RunTable, readings: Sequence[Reading], rows: BoolArray, vehicle: Vehicle
+    run: PoolRun, table: RunTable, readings: Sequence[Reading], vehicle: Vehicle
 ) -> str:
     """Say by which readings a velocity would plainly be better explained; nothing if by none.
 
     The first of `readings` is the velocity as it was read.
     """
-    rows = rows & (np.linalg.norm(readings[0].velocity, axis=1) > _UNDER_WAY_MPS)
+    values = table.values
+    rows = table.valid["velocity"] & table.valid.get("attitude", table.valid["velocity"])
+    rows &= np.linalg.norm(readings[0].velocity, axis=1) > _UNDER_WAY_MPS
     if rows.sum() < _FEWEST_ROWS:
         return ""
-    rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
-    if {"position", "attitude"} <= set(table.values):
-        way = into_body(rate_of(table.values["position"], rate_hz), table.values["attitude"])
+    if {"position", "attitude"} <= set(values):
+        way = into_body(np.nan_to_num(rate_of(values["position"])), values["attitude"])
         by_place = _meanings(readings, lambda one: [(sums_of_parts(one, way, rows), np.eye(3))])
         if said := _told(by_place, "the rate of position"):
             return said
         if by_place[0].left[0] < _AGREES:
             readings = readings[:1]  # a vehicle that turns may slip sideways
-    if {"specific_force", "attitude"} <= set(table.values):
-        down = vehicle.water.gravity_mps2 * down_axis(table.values["attitude"])
-        felt = _lively(table.values["specific_force"] + down, rate_hz)
+    if {"specific_force", "attitude"} <= set(values):
+        down = vehicle.water.gravity_mps2 * down_axis(values["attitude"])
+        felt = _lively(values["specific_force"] + down)
         by_force = _meanings(
             readings,
-            lambda one: [(sums_of_parts(_change(one, table, rate_hz), felt, rows), np.eye(3))],
+            lambda one: [(sums_of_parts(_lively(change_of(one, table)), felt, rows), np.eye(3))],
         )
         if said := _told(by_force, "the acceleration that the IMU feels", _OF_CHANGES):
-            return said
-        change = _change(readings[0].velocity, table, rate_hz)
-        if said := _of_another_unit(sums_of_parts(change, felt, rows)):
             return said
     return _by_push(run, table, readings, rows, vehicle)
 
 
 def over_the_earth(
-    readings: Sequence[Reading], other: FloatArray, rows: BoolArray, topic: str
+    run: PoolRun, table: RunTable, readings: Sequence[Reading], other: RunChannel
 ) -> str:
     """Say how a velocity is over the earth that is said to be of the body.
 
-    Turned by the attitude it is the velocity (n, 3) of another topic.
+    Turned by the attitude it is the velocity of another topic.
     """
+    if "attitude" not in table.values:
+        return ""
+    theirs = resample(replace(run, channels={"velocity": other}), TABLE_HZ, off_rows=False)
+    rows = np.all([*(table.valid[one] for one in ("velocity", "attitude")),
+                   theirs.valid["velocity"]], axis=0)  # fmt: skip
     if rows.sum() < _FEWEST_ROWS // 2:
         return ""
-    turned = [one for one in readings[1:] if "velocity_earth" in one.how]
+    velocity = theirs.values["velocity"]
     meanings = _meanings(
-        (readings[0], *turned),
-        lambda one: [(sums_of_parts(one, other, rows), np.eye(3))],
+        (readings[0], *(one for one in readings[1:] if "velocity_earth" in one.how)),
+        lambda one: [(sums_of_parts(one, velocity, rows), np.eye(3))],
         is_mounted=True,
     )
-    return _told(meanings, f"the velocity of {topic}")
-
-
-def _of_another_unit(parts: Sequence[Sums]) -> str:
-    """Say how many times what the IMU feels the level changes of a velocity are.
-
-    Sums over a run and its halves. A unit is too small in all of them; what is too large may be
-    filtered.
-    """
-    level = [
-        [np.trace(one[:2, :2]) for one in (sums.motion, sums.along, sums.causes)] for sums in parts
-    ]
-    motion, along, causes = np.maximum(np.array(level).T, 1e-9)
-    ratio, alike = np.sqrt(motion / causes), along / np.sqrt(motion * causes)
-    if alike[0] < _FELT_ALIKE or (ratio < _MOST_OF_FELT).any():
-        return ""
-    return (
-        f"changes {ratio[0]:.3g} times as much as the acceleration that the IMU feels has it: "
-        "check its unit."
-    )
+    return _told(meanings, f"the velocity of {other.topic}")
 
 
 def _by_push(
     run: PoolRun, table: RunTable, readings: Sequence[Reading], rows: BoolArray, vehicle: Vehicle
 ) -> str:
     """Say which readings, or which other order of thrusters, the push of the thrusters explains."""
+    from scipy.signal import lfilter
+
     if not thrusters_of(run, "command"):
         return ""
-    rate_hz = 1.0 / float(np.diff(table.time_s[:2])[0])
-    code = np.nan_to_num(on_rows(run, rate_hz, "command").values["command"])
+    effort = effort_of(table)
     direction = {one.name: one.direction for one in vehicle.thrusters}
     arms = np.array([direction.get(name, (0.0, 0.0, 0.0)) for name in table.thrusters])
-    largest = float(np.abs(code).max(initial=0.0))
-    if not largest or not arms.any():
+    if not effort.any() or not arms.any():
         return ""
-    # between a linear and a quadratic characteristic
-    effort = code / largest * np.sqrt(np.abs(code) / largest)
     knows_depth = "depth" in table.values
-    by_depth = rate_of(table.values["depth"], rate_hz) if knows_depth else np.ones((len(code), 1))
-    lagging = [np.column_stack([_lagging(effort, rate_hz * one), by_depth]) for one in _LAGS_S]
+    by_depth = np.ones((len(effort), 1))
+    if knows_depth:
+        by_depth = np.nan_to_num(rate_of(table.values["depth"]))
+    shares = [1.0 - np.exp(-1.0 / (TABLE_HZ * lag_s)) for lag_s in _LAGS_S]
+    lagging = [
+        np.column_stack([lfilter([one], [1.0, one - 1.0], effort, axis=0), by_depth])
+        for one in shares
+    ]
 
     def pushes(velocity: FloatArray, *, centred: bool = False) -> list[list[Sums]]:
         return [sums_of_parts(velocity, one, rows, centred=centred) for one in lagging]
@@ -174,10 +196,9 @@ def _by_push(
         push = [one[:, :-1] @ arms for one in lagging]
         for one in push:
             one[:, 2] = by_depth[:, 0] if knows_depth else one[:, 2]
-        found[0] = min(
-            [found[0], *(_in_a_current(readings[0].velocity, one, table, rows) for one in push)],
-            key=lambda one: float(one.left[0]),
-        )
+        attitude = table.values["attitude"]
+        drifting = [_in_a_current(readings[0].velocity, one, attitude, rows) for one in push]
+        found[0] = min([found[0], *drifting], key=lambda one: float(one.left[0]))
     moved, changed = (pushes(readings[0].velocity, centred=centred) for centred in (False, True))
     as_stated = left(changed, arms)
     for how, other in rearranged(arms, table.thrusters):
@@ -202,25 +223,22 @@ def _against_push(velocity: FloatArray, push: FloatArray, rows: BoolArray) -> st
 
 
 def _in_a_current(
-    velocity: FloatArray, push: FloatArray, table: RunTable, rows: BoolArray
+    velocity: FloatArray, push: FloatArray, attitude: FloatArray, rows: BoolArray
 ) -> Meaning:
     """Score a velocity as it was read, in water that moves: a drift is none of the thrusters'."""
     from scipy.optimize import lsq_linear
 
-    there = np.flatnonzero(rows & np.isfinite(table.values["attitude"]).all(axis=1))
+    there = np.flatnonzero(rows & np.isfinite(attitude).all(axis=1))
     there = there[:: 1 + there.size // _ENOUGH_ROWS]
-    attitude, none = table.values["attitude"][there], np.zeros(3)
     causes = np.zeros((there.size, 3, 5))
     causes[:, range(3), range(3)] = push[there]
     for axis in (0, 1):
-        earth = none.copy()
-        earth[axis] = 1.0
-        causes[:, :, 3 + axis] = into_body(np.tile(earth, (there.size, 1)), attitude)
+        earth = np.tile(np.eye(3)[axis], (there.size, 1))
+        causes[:, :, 3 + axis] = into_body(earth, attitude[there])
     bounds = ([0.0] * 3 + [-_CURRENT_MPS] * 2, [np.inf] * 3 + [_CURRENT_MPS] * 2)
     found = lsq_linear(causes.reshape(-1, 5), velocity[there].ravel(), bounds).x
     rest = ((velocity[there] - causes @ found) ** 2).sum(axis=1)
-    power = (velocity[there] ** 2).sum(axis=1)
-    half = there.size // 2
+    power, half = (velocity[there] ** 2).sum(axis=1), there.size // 2
     parts = (slice(None), slice(0, half), slice(half, None))
     left = np.array([rest[part].sum() / max(float(power[part].sum()), 1e-9) for part in parts])
     return Meaning(left, "", "")
@@ -285,33 +303,17 @@ def _meanings(
     return found
 
 
-def _lagging(values: FloatArray, lag_rows: float) -> FloatArray:
-    from scipy.signal import lfilter
-
-    share = 1.0 - np.exp(-1.0 / lag_rows)
-    return np.asarray(lfilter([share], [1.0, share - 1.0], values, axis=0))
-
-
-def _change(velocity: FloatArray, table: RunTable, rate_hz: float) -> FloatArray:
-    """Return the acceleration (n, 3) of a velocity in body axes, as `_lively` leaves it."""
-    change = rate_of(velocity, rate_hz)
+def change_of(velocity: FloatArray, table: RunTable) -> FloatArray:
+    """Return the acceleration (n, 3) of a velocity in body axes [m/s2]."""
+    change = rate_of(velocity)
     if "angular_velocity" in table.values:
         change += np.cross(np.nan_to_num(table.values["angular_velocity"]), velocity)
-    return _lively(change, rate_hz)
+    return change
 
 
-def _lively(values: FloatArray, rate_hz: float) -> FloatArray:
+def _lively(values: FloatArray) -> FloatArray:
     """Return the mean over a second less that over ten, in which an attitude drifts."""
-    fast, slow = max(round(rate_hz), 1), round(10.0 * rate_hz)
-    return mean_over(values, fast) - mean_over(values, slow)
-
-
-def rate_of(values: FloatArray, rate_hz: float) -> FloatArray:
-    """Return the rate over a second about each row; 0 where it is not known."""
-    half = round(rate_hz / 2.0)
-    rate = np.zeros_like(values)
-    rate[half:-half] = np.nan_to_num(values[2 * half :] - values[: -2 * half])
-    return rate * rate_hz / (2.0 * half)
+    return mean_over(values, SECOND) - mean_over(values, 10 * SECOND)
 
 
 def _of_beams(azimuths_deg: Sequence[float]) -> FloatArray:

@@ -102,19 +102,17 @@ def resample(
 ) -> RunTable:
     """Put the channels of a run onto one evenly spaced time base.
 
-    A reading stands at its time less its known delay. Sensors are interpolated on a line between
-    the two readings around (quaternions on the shorter arc, normalised); a command holds until the
-    next. No value is made up in a gap, before the first or after the last reading: it is not a
-    number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
-    are counted. How readings differ from the rows nearest to them is kept beside. Commands and
-    shaft speeds of all thrusters are put together in the order of the vehicle file: a thruster
-    without a command has 0, one without shaft speed is not a number, and `notes` say so. Where only
-    the velocity over the earth was measured, the attitude turns it into body axes.
+    Sensors are interpolated between the two readings around (quaternions on the shorter arc); a
+    command holds until the next. No value is made up in a gap, before the first or after the last
+    reading: it is not a number and `valid` is False. Readings with the marks of
+    `LEFT_OUT_OF_TABLES` take no part and are counted. A thruster without a command has 0, one
+    without shaft speed is not a number, and `notes` say so. Where only the velocity over the earth
+    was measured, the attitude turns it into body axes.
 
     Parameters
     ----------
     run : PoolRun
-        The run.
+        The run; known delays are taken off.
     rate_hz : float
         Rate of the table. Below the rate of a sensor, its noise above half of it folds back. [Hz]
     quantities : sequence of str, optional
@@ -124,11 +122,6 @@ def resample(
         to row: the one at the row would be late by half a step on average, as if the drives lagged.
     off_rows : bool
         Keep how readings differ from the rows nearest to them.
-
-    Returns
-    -------
-    RunTable
-        Times count from the start of the run; its name is that of the file.
 
     Raises
     ------
@@ -159,7 +152,7 @@ def resample(
             continue
         channels = by_quantity[quantity]
         if quantity in _OF_THRUSTERS:
-            step_s = _period(time_s) if by_step and quantity == "command" else 0.0
+            step_s = 1.0 / rate_hz if by_step and quantity == "command" else 0.0
             placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s, step_s=step_s)
             notes += said
         else:
@@ -181,11 +174,6 @@ def resample(
         begin_ns,
         _left_out(run, wanted),
     )
-
-
-def on_rows(run: PoolRun, rate_hz: float, *quantities: str) -> RunTable:
-    """Resample some quantities to compare them with each other."""
-    return resample(run, rate_hz, quantities=quantities, off_rows=False)
 
 
 def on_one_base(run: PoolRun) -> RunTable:
@@ -257,14 +245,11 @@ def placed_on(
 
 def _nearest(source_s: FloatArray, time_s: FloatArray) -> BoolArray:
     """Mark the sample nearest to each reading."""
-    index: IntArray = np.rint(source_s / _period(time_s)).astype(np.int64)
+    period_s = float(time_s[1] - time_s[0]) if time_s.size > 1 else 1.0
+    index: IntArray = np.rint(source_s / period_s).astype(np.int64)
     marked = np.zeros(time_s.size, np.bool_)
     marked[index[(index >= 0) & (index < time_s.size)]] = True
     return marked
-
-
-def _period(time_s: FloatArray) -> float:
-    return float(time_s[1] - time_s[0]) if time_s.size > 1 else 1.0
 
 
 def _of_thrusters(

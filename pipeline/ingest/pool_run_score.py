@@ -13,8 +13,12 @@ from itertools import combinations
 
 import numpy as np
 
+from pipeline.ingest.pool_run_resample import TABLE_HZ
+from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
+#: Rows of a second.
+SECOND = round(TABLE_HZ)
 #: More rows say no more.
 _ENOUGH_ROWS = 20_000
 _NONE = 1e-9
@@ -116,8 +120,39 @@ def sums_of_parts(
 
 def mean_over(values: FloatArray | BoolArray, rows: int) -> FloatArray:
     """Return the mean of values (n, k) over so many rows about each; what is not known is 0."""
-    window, there = np.full(rows, 1.0 / rows), np.nan_to_num(values)
-    return np.stack([np.convolve(one, window, "same")[: len(one)] for one in there.T], axis=1)
+    from scipy.ndimage import uniform_filter1d
+
+    there = np.nan_to_num(np.asarray(values, float))
+    return np.asarray(uniform_filter1d(there, rows, axis=0, mode="constant"))
+
+
+def rate_of(values: FloatArray) -> FloatArray:
+    """Return the rate (n, k) over a second about each row of a table [1/s]; nan at its ends."""
+    half, rate = SECOND // 2, np.full_like(values, np.nan)
+    rate[half:-half] = (values[2 * half :] - values[: -2 * half]) * TABLE_HZ / (2.0 * half)
+    return rate
+
+
+def effort_of(table: RunTable) -> FloatArray:
+    """Return what thrusters do (n, thrusters) by their commands, the largest of which is 1.
+
+    Between a linear and a quadratic characteristic.
+    """
+    code = np.nan_to_num(table.values["command"])
+    share = code / max(float(np.abs(code).max(initial=0.0)), _NONE)
+    return np.asarray(share * np.sqrt(np.abs(share)))
+
+
+def freed(others: FloatArray, *motions: FloatArray) -> list[FloatArray]:
+    """Take out of motions (n, k) what others (n, j) explain, and their means."""
+    others = others - others.mean(axis=0)
+    scale = np.linalg.norm(others, axis=0)
+    others = others[:, scale > 0.0] / scale[scale > 0.0]
+    # what the others span, in orthonormal columns; those that say nothing new are dropped
+    power, turn = np.linalg.eigh(others.T @ others)
+    basis = others @ (turn[:, power > 1e-9] / np.sqrt(power[power > 1e-9]))
+    away = [one - one.mean(axis=0) for one in motions]
+    return [one - basis @ (basis.T @ one) for one in away]
 
 
 def rearranged(arms: FloatArray, names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Problem
-from pipeline.ingest.pool_run_down import turning
-from pipeline.ingest.pool_run_late import late_by
+from pipeline.ingest.pool_run_pairs import late_by, turning
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
     Meaning,
     Sums,
     about_down,
+    freed,
     left_of,
     rearranged,
     sums_of_parts,
@@ -105,7 +105,7 @@ def thrusters_against_rates(run: PoolRun, table: RunTable, vehicle: Vehicle) -> 
         # of equals: without an attitude nothing tells the sign of a rate
         key=lambda one: (round(float(one.left[0]), 3), knows_down == (one.how in _OTHER_AXES)),
     )
-    late = late_by(found.acceleration, found.effort @ arms, TABLE_HZ)
+    late = late_by(found.acceleration, found.effort @ arms)
     if (
         late is not None
         and not -0.5 * _LAG_OF_DRIVES_S < late.lag_s < _LAG_OF_DRIVES_S
@@ -208,20 +208,8 @@ def _turning_of(run: PoolRun, table: RunTable) -> _Turning | None:
     there = np.isfinite(np.concatenate([acceleration, effort, mixed], axis=1)).all(axis=1)
     if there.sum() < _FEWEST_ROWS:
         return None
-    acceleration, effort = _freed(mixed[there], acceleration[there], effort[there])
+    acceleration, effort = freed(mixed[there], acceleration[there], effort[there])
     return _Turning(acceleration, effort, names) if acceleration.any() and effort.any() else None
-
-
-def _freed(others: FloatArray, *motions: FloatArray) -> list[FloatArray]:
-    """Take out of motions (n, k) what others (n, j) explain, and their means."""
-    others = others - others.mean(axis=0)
-    scale = np.linalg.norm(others, axis=0)
-    others = others[:, scale > 0.0] / scale[scale > 0.0]
-    # what the others span, in orthonormal columns; those that say nothing new are dropped
-    power, turn = np.linalg.eigh(others.T @ others)
-    basis = others @ (turn[:, power > 1e-9] / np.sqrt(power[power > 1e-9]))
-    away = [one - one.mean(axis=0) for one in motions]
-    return [one - basis @ (basis.T @ one) for one in away]
 
 
 def _products(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ def test_times_that_are_zero_until_the_clock_is_set() -> None:
     assert rate_hz(run, "angular_velocity") == pytest.approx(100.0)
     assert run.channels["angular_velocity"].usable().all()
     assert run.duration_s == pytest.approx(10.19)
-    assert "20 of 1020 of /imu/data" in said(run)
+    assert "20 of 1020 messages of /imu/data" in said(run)
 
 
 def test_times_in_milliseconds() -> None:
@@ -113,7 +113,10 @@ def test_a_velocity_over_the_earth_that_calls_itself_the_bodys() -> None:
 
 def test_a_velocity_that_runs_against_the_depth() -> None:
     told = said(read("dvl_frd_called_dvl_link"))
-    assert "runs against the rate of depth (correlation -0.99). With {quantity: velocity," in told
+    assert (
+        "runs against the motion by depth (/depth) (correlation -0.99). With {quantity: velocity,"
+        in told
+    )
     assert "body_axes: frd}" in told
 
 

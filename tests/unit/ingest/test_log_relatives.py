@@ -122,7 +122,7 @@ def test_a_velocity_in_knots_changes_more_than_is_felt(
     columns = (factor * surge, still, still, *felt, still, still, 0.001 * np.sin(t))
     rows = rows_of(t, *columns)
     run = table(tmp_path, f"time,u,v,w,ax,ay,az,roll,pitch,yaw\n{rows}")
-    assert ("times as much as the acceleration" in said(run)) == told
+    assert ("times the acceleration by specific_force" in said(run)) == told
 
 
 @pytest.mark.parametrize(("also", "taken"), [(True, "bottom"), (False, "water")])
@@ -309,7 +309,7 @@ def test_a_depth_in_feet_swings_more_than_is_felt(
     still = 0.0 * T
     rows = rows_of(T, factor * depth, still, still, felt, still, still, 0.001 * np.sin(T))
     run = table(tmp_path, f"time [s],depth [m],ax,ay,az,roll,pitch,yaw\n{rows}")
-    assert ("the depth (table) changes 3." in said(run)) is told
+    assert ("the change of the depth (table) is 3." in said(run)) is told
 
 
 @pytest.mark.parametrize(

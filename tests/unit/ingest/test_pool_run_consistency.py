@@ -198,7 +198,10 @@ def attitude_topic(rate: FloatArray) -> Topic:
         ([1.0, 1.0, 1.0], ""),
         ([57.3, 57.3, 57.3], "it looks like degrees"),
         ([1000.0, 1000.0, 1000.0], "thousandths"),
-        ([1.0, -1.0, 1.0], "the pitch rate (/imu/data) has the opposite sign"),
+        (
+            [1.0, -1.0, 1.0],
+            "the pitch rate (/imu/data) runs against the turning by attitude (/pose)",
+        ),
     ],
 )
 def test_rates_against_the_attitude(tmp_path: Path, factor: list[float], says: str) -> None:
@@ -304,7 +307,7 @@ def tilting(count: int = 2000) -> tuple[list[int], FloatArray, FloatArray]:
 
 @pytest.mark.parametrize(
     ("factor", "said"),
-    [(1.0, ""), (57.3, "it looks like degrees"), (-1.0, "has the opposite sign")],
+    [(1.0, ""), (57.3, "it looks like degrees"), (-1.0, "runs against")],
 )
 def test_rates_against_the_turning_of_gravity(factor: float, said: str, tmp_path: Path) -> None:
     times, rate, force = tilting()
@@ -315,13 +318,13 @@ def test_rates_against_the_turning_of_gravity(factor: float, said: str, tmp_path
     ]
     warned = warnings_of(tmp_path, topics)
     assert said in warned
-    assert ("that by specific_force (/imu/data)" in warned) == bool(said)
+    assert ("the turning by specific_force (/imu/data)" in warned) == bool(said)
 
 
 def test_swapped_rates_show_in_the_turning_of_gravity(tmp_path: Path) -> None:
     times, rate, force = tilting()
     said = warnings_of(tmp_path, [imu_topic(times, rate[:, [1, 0, 2]], forces=force)])
-    assert "the axes of one of them are swapped" in said
+    assert "With the axes x and y swapped it would agree" in said
 
 
 def test_a_position_that_points_up(tmp_path: Path) -> None:
@@ -332,7 +335,9 @@ def test_a_position_that_points_up(tmp_path: Path) -> None:
         json_topic("/depth", times, [{"depth": one} for one in depth]),
         json_topic("/pose", times, [{"pose": {"position": vector([1, 2, -one])}} for one in depth]),
     ]
-    assert "its z axis points up" in warnings_of(tmp_path, topics)
+    assert "the downward position (/pose) runs against the motion by depth (/depth)" in warnings_of(
+        tmp_path, topics
+    )
 
 
 def test_a_pressure_in_bars(tmp_path: Path) -> None:
