@@ -144,8 +144,13 @@ def _motors(
     from the start on, a later one from its time on. Without any all outputs are taken in their
     order, which is said. An output that was not logged has no numbers.
     """
-    wired = _wired(parameters)
-    motors = sorted({_MOTORS[one] for _, by in wired for one in by.values() if one in _MOTORS})
+    wired: dict[int, list[tuple[int, int]]] = {}
+    for at_ns, parameter, value in parameters:
+        if match := re.fullmatch(r"SERVO(\d+)_FUNCTION", parameter):
+            drives = wired.setdefault(int(match[1]), [])
+            if not drives or drives[-1][1] != int(value):
+                drives.append((at_ns if drives else 0, int(value)))
+    motors = sorted({_MOTORS[one] for by in wired.values() for _, one in by if one in _MOTORS})
     if not motors:
         matches = [re.fullmatch(name.format(r"(\d+)"), column) for column in columns]
         every = sorted(int(match[1]) for match in matches if match is not None)
@@ -159,41 +164,22 @@ def _motors(
         facts.problems.append(facts.place.note(what, remedy=remedy))
         return np.stack([columns[name.format(one)] for one in every], axis=1)
     found = np.full((time_ns.size, len(motors)), np.nan)
-    for at_ns, by in wired:
-        later = time_ns >= at_ns
-        found[later] = np.nan
-        for output, function in by.items():
+    for output, drives in wired.items():
+        column = columns.get(name.format(output), np.full(time_ns.size, np.nan))
+        for begin_ns, function in drives:
             if function in _MOTORS:
-                column = columns.get(name.format(output), np.full(time_ns.size, np.nan))
-                found[later, motors.index(_MOTORS[function])] = column[later]
-    if len(wired) > 1:
-        changed = ", ".join(
-            f"SERVO{output}_FUNCTION" for output in wired[0][1]
-            if len({by[output] for _, by in wired}) > 1
-        )  # fmt: skip
-        after_s = (wired[1][0] - int(time_ns[0])) / 1e9
+                later = [at_ns for at_ns, _ in drives if at_ns > begin_ns]
+                rows = (time_ns >= begin_ns) & (time_ns < min(later, default=LATEST_NS))
+                found[rows, motors.index(_MOTORS[function])] = column[rows]
+    if changes := {output: drives[1][0] for output, drives in wired.items() if len(drives) > 1}:
+        changed = ", ".join(f"SERVO{output}_FUNCTION" for output in changes)
+        after_s = (min(changes.values()) - int(time_ns[0])) / 1e9
         what = (
             f"{changed} change in the log, first {after_s:.1f} s after the first command: outputs "
             "are those of the motors at their time."
         )
         facts.problems.append(facts.place.warning(what))
     return found
-
-
-def _wired(parameters: Iterable[tuple[int, str, float]]) -> list[tuple[int, dict[int, int]]]:
-    """Return the functions of outputs by SERVOn_FUNCTION, and from when on they hold [ns]."""
-    wired: list[tuple[int, dict[int, int]]] = [(0, {})]
-    for at_ns, parameter, value in parameters:
-        match = re.fullmatch(r"SERVO(\d+)_FUNCTION", parameter)
-        if match is None:
-            continue
-        output, function = int(match[1]), int(value)
-        if output not in wired[0][1]:
-            for _, by in wired:
-                by[output] = function
-        elif wired[-1][1][output] != function:
-            wired.append((at_ns, {**wired[-1][1], output: function}))
-    return wired
 
 
 def read_tlog(path: Path, shown_as: str) -> TableLog:

@@ -92,16 +92,11 @@ class BagFile(MessageLog):
 
 
 def _block(rows: list[_Row]) -> ChunkBlock:
-    size = np.array([len(data) for _, _, data in rows], np.int64)
-    start = np.concatenate([[0], np.cumsum(size)[:-1]]).astype(np.int64)
-    number = np.array([channel for channel, _, _ in rows])
-    time = np.array([time for _, time, _ in rows], np.int64)
-    messages: Mapping[int, Messages] = {
-        int(one): Messages(time[number == one], start[number == one], size[number == one])
-        for one in np.unique(number)
-    }
-    data = np.frombuffer(b"".join(data for _, _, data in rows), np.uint8)
-    return ChunkBlock(data, messages)
+    number, time, data = zip(*rows, strict=True)
+    size, channel = np.array([len(one) for one in data], np.int64), np.array(number)
+    every = np.stack([np.array(time, np.int64), np.cumsum(size) - size, size])
+    messages = {int(one): Messages(*every[:, channel == one]) for one in np.unique(channel)}
+    return ChunkBlock(np.frombuffer(b"".join(data), np.uint8), messages)
 
 
 class Ros1Bag(BagFile):
@@ -202,10 +197,7 @@ class BagFolder(MessageLog):
     """A bag on disk: its topics, and its messages part by part."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
-        """Open the parts that the ``metadata.yaml`` at `path` names.
-
-        Raises `InputError` if it cannot be read, or no part of it can.
-        """
+        """Open the parts that a ``metadata.yaml`` names; raises `InputError` if none is read."""
         super().__init__(path, shown_as)
         self.directory = Directory(complete=True, library="ros2 bag")
         self._said: list[Problem] = []
@@ -245,13 +237,11 @@ class BagFolder(MessageLog):
             inner = self._plain(path) if path.suffix in {".zstd", ".zst"} else path
             part = (Ros2Database if inner.suffix == ".db3" else McapFile)(inner, shown)
         except (InputError, OSError) as error:
-            what = error.problem.what if isinstance(error, InputError) else f"{error.strerror}."
-            problem = self.place.warning(
-                f"the part {path.name} of the bag is left out: {what}",
-                "every part that metadata.yaml names.",
-                "Copy it from the vehicle again.",
-            )
-            self._said.append(problem)
+            why = error.problem.what if isinstance(error, InputError) else f"{error.strerror}."
+            what = f"the part {path.name} of the bag is left out: {why}"
+            expected = "every part that metadata.yaml names."
+            remedy = "Copy it from the vehicle again."
+            self._said.append(self.place.warning(what, expected, remedy))
             self.directory.complete = False
             return
         first = len(self._parts) * _STRIDE
@@ -297,32 +287,25 @@ def _information(path: Path) -> Mapping[str, Any]:
     if len(text) > _MAX_BYTES:
         raise ValueError("it is too long")
     try:
-        found = YAML(typ="safe").load(text)["rosbag2_bagfile_information"]
+        return dict(YAML(typ="safe").load(text)["rosbag2_bagfile_information"])
     except (YAMLError, KeyError, TypeError, RecursionError, ValueError) as error:
         raise ValueError(reason(error, 150)) from None
-    if not isinstance(found, dict):
-        raise ValueError("it says nothing of a bag")  # noqa: TRY004 - of a file, not of a caller
-    return found
 
 
 def _parts_named(path: Path, place: Place) -> list[str]:
+    what = "the metadata of the bag names no parts (relative_file_paths)."
     try:
         names = _information(path).get("relative_file_paths")
+        if isinstance(names, list) and names and all(isinstance(name, str) for name in names):
+            return list(dict.fromkeys(names))
     except (ValueError, OSError) as error:
-        raise InputError.at(
-            place,
-            f"the metadata of the bag cannot be read ({error}).",
-            expected="what ros2 bag writes: rosbag2_bagfile_information.",
-            remedy=_REMEDY,
-        ) from None
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or not names:
-        raise InputError.at(
-            place,
-            "the metadata of the bag names no parts (relative_file_paths).",
-            expected="the names of its .db3 or .mcap files.",
-            remedy=_REMEDY,
-        )
-    return list(dict.fromkeys(names))
+        what = f"the metadata of the bag cannot be read ({error})."
+    raise InputError.at(
+        place,
+        what,
+        expected="what ros2 bag writes: rosbag2_bagfile_information with the names of its parts.",
+        remedy=_REMEDY,
+    )
 
 
 def start_of_bag(path: Path) -> int:

@@ -28,10 +28,7 @@ from pipeline.vehicle.run_notes import BAG_FILE
 
 @dataclass
 class LogFacts:
-    """What is known of a log as a file.
-
-    `recorder` names the map of `usual`, channels that are usual for its recorder.
-    """
+    """What is known of a log as a file; `recorder` names the map of its `usual` channels."""
 
     place: Place
     size: int
@@ -73,10 +70,7 @@ class MessageLog:
         self._faults.setdefault(what, self.place.warning(what))
 
     def cut(self, at: int, how: str = "") -> None:
-        """Say that the log has no end: records are whole up to byte `at`.
-
-        `how` is what is there instead of an end, with a blank behind it.
-        """
+        """Say that records are whole up to byte `at`, and `how` the log ends, if in a way."""
         if self._cut_at is not None:
             return  # said by an earlier pass
         self._cut_at = at
@@ -115,7 +109,7 @@ class MessageLog:
 class TopicTable:
     """All messages of one topic: `log_time_ns` (k,) and a column (k,) or (k, m) for each field.
 
-    A field may name a part of a message, ``acc.x``; `texts` are lists of names for (k, m) columns.
+    A field may be a part, ``acc.x``; `texts` are names of elements.
     """
 
     log_time_ns: IntArray
@@ -174,7 +168,16 @@ class TableLog:
 
     def extract(self, requests: Mapping[str, Request]) -> dict[str, TopicData]:
         """Take the wanted numbers out of it."""
-        return {topic: _taken(self._tables[topic], one) for topic, one in requests.items()}
+        found = {}
+        for topic, request in requests.items():
+            table = self._tables[topic]
+            sink = Sink(request, table.log_time_ns.size)
+            rows = sink.room(table.log_time_ns)
+            sink.fill(rows, slice(None), table.log_time_ns.size, table.column)
+            if request.names is not None:
+                rows["names"][:] = sink.name_list(table.texts.get(str(request.names[0]), ()))
+            found[topic] = sink.finish()
+        return found
 
     def facts(self) -> LogFacts:
         """Say what is known of it."""
@@ -194,23 +197,23 @@ def read_recording(
     by topic. Raises `InputError`.
     """
     place = Place(shown_as)
-    channels = tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[usual])
+    is_px4 = of == "PX4"
+    size, facts = 0, LogFacts(place, 0, 0, writer=of)
+    facts.recorder = f"the usual map of {'PX4' if is_px4 else 'ArduSub'}"
+    facts.usual = tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[usual])
     try:
-        size = path.stat().st_size
-        usual_map = "the usual map of PX4" if of == "PX4" else "the usual map of ArduSub"
-        facts = LogFacts(place, size, size, writer=of, recorder=usual_map)
-        facts.usual = channels
+        size = facts.size = facts.read_bytes = path.stat().st_size
         with redirect_stdout(StringIO()):
             tables = tables_of(path, facts) if size else {}
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
         said = reason(error)
         if isinstance(error, ImportError):
-            said = "pyulog is not installed" if of == "PX4" else "pymavlink is not installed"
+            said = f"{'pyulog' if is_px4 else 'pymavlink'} is not installed"
         raise InputError.at(
             place,
             f"the log of {of} cannot be read ({said}).",
             expected="a ULog file (*.ulg)."
-            if of == "PX4"
+            if is_px4
             else "a data-flash log (*.BIN) or a telemetry log (*.tlog).",
             remedy="Copy it from the vehicle again.",
         ) from None
@@ -252,12 +255,3 @@ def open_log(path: Path, shown_as: str) -> LogSource:
             from pipeline.ingest.mcap_file import McapFile
 
             return McapFile(path, shown_as)
-
-
-def _taken(table: TopicTable, request: Request) -> TopicData:
-    sink = Sink(request, table.log_time_ns.size)
-    rows = sink.room(table.log_time_ns)
-    sink.fill(rows, slice(None), table.log_time_ns.size, table.column)
-    if request.names is not None:
-        rows["names"][:] = sink.name_list(table.texts.get(str(request.names[0]), ()))
-    return sink.finish()

@@ -37,10 +37,7 @@ _MOST_BACK = 0.1
 
 
 def read_table(path: Path, shown_as: str) -> TableLog:
-    """Read a table in time.
-
-    Raises `InputError` if it cannot be read, or no column has the time.
-    """
+    """Read a table in time; raises `InputError` if it cannot be read, or no column has the time."""
     place = Place(shown_as)
     heads, numbers, index = _columns(path, place)
     time_ns, rows, said = times_of(numbers, heads, index, place)

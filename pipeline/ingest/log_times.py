@@ -44,12 +44,19 @@ def mend_log_times(data: Topics, place: Place, said: list[Problem]) -> Topics:
     data = _with_stamps_counted_on(data, place, said)
     times = np.concatenate(every).astype(float)
     factor = _factor(data, float(np.median(times)))
-    if times.size >= _FEW and times.min() == times.max():
-        return _by_stamps(data, place, said)
-    if factor != 1.0:
-        return _in_nanoseconds(data, factor, place, said)
-    data = _topics_at_one_time(data, times, place, said)
-    return _until_the_clock_was_set(data, times, place, said)
+    if factor != 1.0 and times.min() < times.max():
+        said.append(
+            place.warning(
+                f"the times of the log count {_UNITS[factor]} where MCAP has nanoseconds: they "
+                "were converted.",
+                remedy="Mend the program that wrote the log.",
+            )
+        )
+        worth = np.int64(factor)
+        return {
+            name: replace(one, log_time_ns=one.log_time_ns * worth) for name, one in data.items()
+        }
+    return _by_stamps(data, times, place, said)
 
 
 def _with_stamps_counted_on(data: Topics, place: Place, said: list[Problem]) -> Topics:
@@ -73,8 +80,7 @@ def _with_stamps_counted_on(data: Topics, place: Place, said: list[Problem]) -> 
 def counted_on(time_ns: IntArray, tick_ns: int) -> tuple[IntArray, str]:
     """Return the times of a counter that begins anew, counted on, and where it begins anew.
 
-    A counter of 16 or 32 bits of `tick_ns` each, or one of the day or the week: it falls by all
-    that it counts but for about a step. Other falls are left.
+    Of 16 or 32 bits of `tick_ns` each, or of the hour, the day, the week. Other falls are left.
 
     >>> counted_on(np.array([65534, 65535, 0, 1]) * 1000000, 1000000)[0].tolist()[2:]
     [65536000000, 65537000000]
@@ -88,9 +94,7 @@ def counted_on(time_ns: IntArray, tick_ns: int) -> tuple[IntArray, str]:
     for whole, how in {**{n * tick_ns: said for n, said in _TICKS.items()}, **_TIMES_NS}.items():
         again = step[falls] + whole
         if ((again >= 0) & (again <= most)).all():
-            on = np.zeros(time_ns.size, np.int64)
-            on[falls + 1] = whole
-            return time_ns + np.cumsum(on), how
+            return time_ns + whole * np.searchsorted(falls, np.arange(time_ns.size)), how
     return time_ns, ""
 
 
@@ -101,50 +105,59 @@ def _stamps(one: TopicData) -> IntArray:
     return np.where(one.stamp_ns > 0, one.stamp_ns, NO_STAMP)
 
 
-def _by_stamps(data: Topics, place: Place, said: list[Problem]) -> Topics:
-    """Take the stamps for the times of a log whose messages all have one time."""
-    moving = {}
+def _by_stamps(data: Topics, times: FloatArray, place: Place, said: list[Problem]) -> Topics:
+    """Take the stamps of messages whose times of the log are none, if they are of the run.
+
+    Those of a topic, or of all, are alike; or some are days from the others: a clock was not set.
+    """
+    are_alike = times.size >= _FEW and times.min() == times.max()
+    of_today = times[(times >= SET_NS) & (times < LATEST_NS)]
+    # most of a run may be over when the clock is set; a single wild time is no clock
+    is_set = of_today.size >= max(_FEW, 0.05 * times.size)
+    middle = float(np.median(of_today if is_set else times))
+    mended, how = dict(data), []
     for topic, one in data.items():
-        stamps = _stamps(one)
+        logged, stamps, usual_ns = one.log_time_ns, _stamps(one), 0.0
         there = stamps != NO_STAMP
-        if there.any() and np.ptp(stamps[there]) > 0:
-            moving[topic] = replace(one, log_time_ns=np.where(there, stamps, one.log_time_ns))
-    at = next(int(one.log_time_ns[0]) for one in data.values() if one.log_time_ns.size)
-    if not moving:
+        if not there.any():
+            continue
+        begin, end = int(stamps[there].min()), int(stamps[there].max())
+        inside = times.min() - 1e9 <= stamps.min() and end <= times.max() + 1e9
+        at_once = logged.size >= _FEW and np.ptp(logged) == 0 and begin < end and inside
+        none, what = _is_far(logged, middle), "were logged days from the others"
+        if are_alike or at_once:
+            none = np.full(logged.size, begin < end)
+            what = f"were logged at one time ({logged[0]} ns)"
+        else:
+            there &= ~_is_far(stamps, middle)
+            late_ns = (logged - stamps)[there & ~none]
+            usual_ns = float(np.median(late_ns)) if late_ns.size else 0.0
+        rows = there & none
+        # stamps of another clock do not tell the time of the log
+        if rows.any() and abs(usual_ns) <= 1e9:
+            mended[topic] = replace(
+                one, log_time_ns=np.where(rows, stamps + np.int64(usual_ns), logged)
+            )
+            how.append(f"{int(rows.sum())} of {rows.size} messages of {topic} {what}")
+    lost = sorted(topic for topic in data if mended[topic] is data[topic]) if are_alike else []
+    if are_alike and not how:
         raise InputError.at(
             place,
-            f"all messages were logged at one time ({at} ns), and none has a stamp of its own.",
+            f"all messages were logged at one time ({int(times[0])} ns), and none has a stamp of "
+            "its own.",
             expected="messages that tell when they were measured.",
             remedy="Record them anew with a recorder whose clock runs, or with stamps.",
         )
-    lost = sorted(set(data) - set(moving))
-    of_lost = f" {', '.join(lost)} carry no stamps and cannot be placed in time." if lost else ""
-    what = (
-        f"all messages were logged at one time ({at} ns): their stamps are taken for the times of "
-        f"the log.{of_lost}"
-    )
-    said.append(place.warning(what, remedy="Check the recorder's clock."))
-    return {**data, **moving}
-
-
-def _topics_at_one_time(
-    data: Topics, times: FloatArray, place: Place, said: list[Problem]
-) -> Topics:
-    """Take the stamps of topics that were logged at one time each, if they are of the run."""
-    mended, names = dict(data), []
-    for topic, one in data.items():
-        stamps = _stamps(one)
-        if stamps.size < _FEW or np.ptp(one.log_time_ns) > 0 or np.ptp(stamps) == 0:
-            continue
-        if times.min() - 1e9 <= stamps.min() and stamps.max() <= times.max() + 1e9:
-            mended[topic] = replace(one, log_time_ns=stamps)
-            names.append(topic)
-    if names:
-        what = (
-            f"all messages of {', '.join(names)} were logged at one time: their stamps are taken "
-            "for the times of the log."
+    if how:
+        of_lost = (
+            f" {', '.join(lost)} carry no stamps and cannot be placed in time." if lost else ""
         )
-        said.append(place.warning(what, remedy="Check the recorder's clock."))
+        said.append(
+            place.warning(
+                f"{', '.join(how)}: their stamps are taken for the times of the log.{of_lost}",
+                remedy="Check the recorder's clock.",
+            )
+        )
     return mended
 
 
@@ -152,14 +165,20 @@ def _factor(data: Topics, middle_ns: float) -> float:
     """Return what one of the log's times is worth in nanoseconds."""
     if middle_ns >= SET_NS:
         return 1.0
+    stamps = [_stamps(one) for one in data.values()]
+    known = np.concatenate([one[one != NO_STAMP] for one in stamps])
+    is_of_today = bool(known.size) and SET_NS < float(np.median(known)) < LATEST_NS
+    busiest = max(data.values(), key=lambda one: one.log_time_ns.size).log_time_ns
+    # messages come faster than any recorder writes them
+    too_fast = busiest.size > max(_FEW, _MOST_HZ * float(np.ptp(busiest)) / 1e9)
     paces = [pace for one in data.values() if (pace := _pace(one)) is not None]
     for factor in _UNITS:
         agree = [abs(pace / factor - 1.0) < slack for pace, slack in paces]
         if agree:
             # the stamps have to be of this century where the log's times are of none
-            if all(agree) and (SET_NS < middle_ns * factor < LATEST_NS or _of_today(data)):
+            if all(agree) and (SET_NS < middle_ns * factor < LATEST_NS or is_of_today):
                 return factor
-        elif _is_too_fast(data) and SET_NS < middle_ns * factor < LATEST_NS:
+        elif too_fast and SET_NS < middle_ns * factor < LATEST_NS:
             return factor
     return 1.0
 
@@ -174,61 +193,6 @@ def _pace(one: TopicData) -> tuple[float, float] | None:
     if logged <= 0.0:
         return None
     return float(np.ptp(stamps[there])) / logged, 0.02 + 1.5 / logged
-
-
-def _of_today(data: Topics) -> bool:
-    stamps = [_stamps(one) for one in data.values()]
-    known = np.concatenate([one[one != NO_STAMP] for one in stamps])
-    return bool(known.size) and SET_NS < float(np.median(known)) < LATEST_NS
-
-
-def _is_too_fast(data: Topics) -> bool:
-    """Tell whether messages come faster than any recorder writes them."""
-    busiest = max(data.values(), key=lambda one: one.log_time_ns.size).log_time_ns
-    span_s = float(np.ptp(busiest)) / 1e9
-    return busiest.size > _FEW and busiest.size > _MOST_HZ * span_s
-
-
-def _in_nanoseconds(data: Topics, factor: float, place: Place, said: list[Problem]) -> Topics:
-    what = (
-        f"the times of the log count {_UNITS[factor]} where MCAP has nanoseconds: they were "
-        "converted."
-    )
-    said.append(place.warning(what, remedy="Mend the program that wrote the log."))
-    worth = np.int64(factor)
-    return {topic: replace(one, log_time_ns=one.log_time_ns * worth) for topic, one in data.items()}
-
-
-def _until_the_clock_was_set(
-    data: Topics, times: FloatArray, place: Place, said: list[Problem]
-) -> Topics:
-    """Take the stamps of messages that were logged days away from the others."""
-    of_today = times[(times >= SET_NS) & (times < LATEST_NS)]
-    # most of a run may be over when the clock is set; a single wild time is no clock
-    reference = of_today if of_today.size >= max(_FEW, 0.05 * times.size) else times
-    middle = float(np.median(reference))
-    mended, counts = dict(data), []
-    for topic, one in data.items():
-        away = _is_far(one.log_time_ns, middle)
-        if not away.any():
-            continue
-        stamps = _stamps(one)
-        there = (stamps != NO_STAMP) & ~_is_far(stamps, middle)
-        late_ns = (one.log_time_ns - stamps)[there & ~away]
-        usual_ns = float(np.median(late_ns)) if late_ns.size else 0.0
-        if abs(usual_ns) > 1e9 or not (there & away).any():
-            continue  # stamps of another clock do not tell the time of the log
-        mended[topic] = replace(
-            one, log_time_ns=np.where(there & away, stamps + np.int64(usual_ns), one.log_time_ns)
-        )
-        counts.append(f"{int((there & away).sum())} of {away.size} of {topic}")
-    if counts:
-        what = (
-            "messages were logged before the recorder's clock was set, or by one that jumped; "
-            f"their stamps tell when: {', '.join(counts)}."
-        )
-        said.append(place.warning(what))
-    return mended
 
 
 def _is_far(time_ns: IntArray, middle_ns: float) -> BoolArray:

@@ -38,15 +38,6 @@ REPRESENTATIONS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
 HEADER_BYTES = 4
 
 
-def _representation(data: memoryview | bytes) -> tuple[str, int]:
-    if len(data) < HEADER_BYTES:
-        raise BrokenMessageError(f"it has {len(data)} bytes, not even a header")
-    found = REPRESENTATIONS.get(data[1]) if data[0] == 0 else None
-    if found is None:
-        raise BrokenMessageError(f"its representation {data[0]:02x} {data[1]:02x} is not plain CDR")
-    return found
-
-
 @dataclass(frozen=True)
 class FieldPlace:
     """Where a number or an array of numbers stands in a message: offset, kind, how many."""
@@ -122,7 +113,12 @@ class _Walk:
         self._begin, order, self._most = 0, "<", 1
         if definition.wire == "cdr":
             self._begin = HEADER_BYTES
-            order, self._most = _representation(message)
+            if len(message) < HEADER_BYTES:
+                raise BrokenMessageError(f"it has {len(message)} bytes, not even a header")
+            if message[0] != 0 or message[1] not in REPRESENTATIONS:
+                shown = bytes(message[:2]).hex(" ")
+                raise BrokenMessageError(f"its representation {shown} is not plain CDR")
+            order, self._most = REPRESENTATIONS[message[1]]
         self._at = self._begin
         self.layout = Layout(order)
         if self._begin:

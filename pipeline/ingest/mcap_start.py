@@ -7,13 +7,13 @@ from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
+from mcap.records import Statistics
+
 from pipeline.ingest import mcap_records as mcap
-from pipeline.ingest.mcap_directory import Directory
 from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
-_MOST_SUMMARY_BYTES = 1 << 24
 _SECOND_NS = 1_000_000_000
 #: Year, month, day in a file's name: 2026-05-04, 2026_05_04, 2026.05.04, 20260504.
 _DATE = re.compile(r"(?<!\d)(\d{4})[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
@@ -120,20 +120,15 @@ def _first_times(path: Path) -> list[int]:
     return []
 
 
-def _statistics(path: Path) -> mcap.StatisticsRecord | None:
-    try:
-        with path.open("rb") as file:
-            size = file.seek(0, 2)
-            file.seek(max(size - mcap.FOOTER_BYTES, 0))
-            start = mcap.start_of_summary(file.read())
-            if not 0 < (start or 0) < size:
-                return None
-            file.seek(start or 0)
-            found = Directory()
-            found.take_summary(memoryview(file.read(_MOST_SUMMARY_BYTES)), size)
-            return found.statistics
-    except (OSError, OverflowError):
-        return None
+def _statistics(path: Path) -> Statistics | None:
+    from mcap.reader import SeekingReader
+
+    # nothing vouches for the bytes, and damage makes errors of any kind
+    with contextlib.suppress(Exception), path.open("rb") as file:
+        reader = SeekingReader(file, record_size_limit=mcap.MAX_CHUNK_BYTES)
+        summary = reader.get_summary()
+        return None if summary is None else summary.statistics
+    return None
 
 
 def is_closed(path: Path) -> bool:

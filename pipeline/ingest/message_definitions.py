@@ -58,11 +58,7 @@ class BrokenMessageError(ValueError):
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a message.
-
-    `type` is a primitive, "string", or the name of a message; `length` is None for one value, -1
-    for a sequence of any length, else the length of a fixed array.
-    """
+    """A field of a message; `length` is None for one value, -1 for a sequence of any length."""
 
     name: str
     type: str
@@ -138,10 +134,8 @@ _ROS1_HEADER = (
 def parse_definition(name: str, text: str, language: str) -> Definition:
     r"""Parse the definition of a message with those of the messages in it.
 
-    `name` is ``package/msg/Name`` (``package/Name`` in ROS 1, ``package::msg::Name`` of DDS),
-    `language` "ros2msg", "ros1msg", "ros2idl" or "omgidl". The definition of a standard message may
-    be empty, which is how some recorders leave it: then that of ROS 2 Humble is taken. Raises
-    `DefinitionError` with what cannot be understood.
+    `language` is "ros2msg", "ros1msg", "ros2idl" or "omgidl". Some recorders leave the definition
+    of a standard message empty: then that of ROS 2 Humble is taken. Raises `DefinitionError`.
 
     >>> parse_definition("a/msg/B", "float64[3] x  # metres\nint8 LOW=1\n", "ros2msg").fields
     (Field(name='x', type='float64', length=3),)
@@ -159,16 +153,6 @@ def parse_definition(name: str, text: str, language: str) -> Definition:
     if root not in types:
         raise DefinitionError(f"{name} is not defined in it")
     return _definition(root, types, wire)
-
-
-def _standard(name: str) -> Any:  # noqa: ANN401  rosbags' nested tuples
-    """Return the members of a standard message, which some recorders leave undefined."""
-    from rosbags.typesys import Stores, get_typestore
-
-    types = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-    if name not in types:
-        raise DefinitionError(f"{name} is not defined in it, and is no standard message")
-    return types[name][1]
 
 
 def _types_in(root: str, text: str, *, is_idl: bool) -> Mapping[str, Any]:
@@ -198,10 +182,7 @@ def _types_in(root: str, text: str, *, is_idl: bool) -> Mapping[str, Any]:
 
 
 def _definition(root: str, types: Mapping[str, Any], wire: Literal["cdr", "ros1"]) -> Definition:
-    """Return a definition if nothing contains itself and all takes bytes.
-
-    Arrays of what takes none could be decoded without end.
-    """
+    """Return a definition if nothing contains itself and all takes bytes."""
     messages: dict[str, tuple[Field, ...]] = {}
 
     def visit(name: str, inside: tuple[str, ...]) -> None:
@@ -228,7 +209,13 @@ def _fields(name: str, types: Mapping[str, Any], wire: str) -> tuple[Field, ...]
         return _TIME[wire]
     if wire == "ros1" and name == "std_msgs/msg/Header":
         return _ROS1_HEADER
-    members = types[name][1] if name in types else _standard(name)
+    if name not in types:  # some recorders leave standard messages undefined
+        from rosbags.typesys import Stores, get_typestore
+
+        types = get_typestore(Stores.ROS2_HUMBLE).fielddefs
+    if name not in types:
+        raise DefinitionError(f"{name} is not defined in it, and is no standard message")
+    members = types[name][1]
     return tuple(_field(*one) for one in members) or _NO_FIELDS
 
 

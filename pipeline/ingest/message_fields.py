@@ -82,10 +82,7 @@ def is_body(frame: str) -> bool:
 
 @dataclass(frozen=True)
 class Stamp:
-    """Where a message says its time: a field, or seconds and nanoseconds.
-
-    `unit_ns` is what one of the first field is worth.
-    """
+    """Where a message says its time; one of the first field is worth `unit_ns`."""
 
     first: Path
     unit_ns: int = _SECOND_NS
@@ -98,18 +95,13 @@ class Stamp:
         return ((self.first, self.unit_ns), *rest)
 
 
-def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
+def ticks_ns(numbers: npt.NDArray[Any], unit_ns: int) -> IntArray:
     """Convert clock readings to nanoseconds; integers stay exact."""
     if numbers.dtype.kind in "iu":
-        if numbers.dtype.itemsize == 8:
-            # beyond 292 years it is no time; the product would wrap round
-            most = np.iinfo(np.int64).max // unit_ns
-            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]  # numpy cannot know the kind of the array
-            if numbers.dtype.kind == "i":
-                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]  # numpy cannot know the kind of the array
-            ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
-            return np.asarray(np.where(no_time, NO_STAMP, ticks))
-        return np.asarray(numbers.astype(np.int64) * unit_ns)
+        # beyond 292 years it is no time; the product would wrap round
+        most = np.iinfo(np.int64).max // unit_ns
+        no_time = (numbers > most) | (numbers < -most)
+        return np.where(no_time, NO_STAMP, np.where(no_time, 0, numbers).astype(np.int64) * unit_ns)
     with np.errstate(invalid="ignore", over="ignore"):
         exact = numbers.astype(np.float64) * float(unit_ns)
         no_time = ~(np.abs(exact) < 9.0e18)
@@ -119,11 +111,7 @@ def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
 def stamps_of(
     column: Callable[[Path], npt.NDArray[Any] | None], stamp: Stamp, count: int
 ) -> IntArray:
-    """Return the times (k,) of messages, `NO_STAMP` for none.
-
-    `column` gives the numbers (k,) that stand at a path, None where there are none. A time beyond
-    64 bits is none.
-    """
+    """Return the times (k,) of messages, `NO_STAMP` for none; `column` gives numbers by path."""
     time_ns, no_time = np.zeros(count, np.int64), np.zeros(count, np.bool_)
     for path, unit_ns in stamp.parts:
         numbers = column(path)
@@ -175,10 +163,9 @@ def number_of_text(text: str, *, is_flag: bool = False) -> float | int | None:
 
 @dataclass(frozen=True)
 class Flag:
-    """A number of a message that says whether its readings are valid, and what it then is.
+    """A number of a message that says whether its readings are valid: from `least` to `most`.
 
-    Valid are `least` to `most`, in words `says`. What a number that is `weighed` means nobody can
-    know by its name: the readings tell.
+    What a number that is `weighed` means nobody can know by its name: the readings tell.
     """
 
     path: Path
@@ -249,10 +236,9 @@ def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> Bool
 
 
 def impossible(quantity: str, values: FloatArray) -> BoolArray:
-    """Find readings that cannot be, such as the -32.768 m/s of a DVL without bottom lock.
+    """Find readings (k, m) that cannot be, such as the -32.768 m/s of a DVL without bottom lock.
 
-    Of values (k, m) in the units of the records; none are found where the unit is more likely
-    wrong.
+    None are found where the unit is more likely wrong.
     """
     most = largest(quantity)
     with np.errstate(invalid="ignore"):
@@ -300,7 +286,12 @@ def validity_of(
                     one = Flag((*here, name), 0.0, 0.0, says, weighed=True, by_name=by_name)
                     (found if by_name else states).append(one)
         if kind == "velocity":
-            found += _of_a_dvl(probe, here)
+            mode, beams = ((*here, one) for one in ("velocity_mode", "num_good_beams"))
+            of_dvl = (
+                Flag(mode, 0.0, 1.0, "velocity_mode says are over ground"),
+                Flag(beams, 3.0, np.inf, "num_good_beams gives three beams or more"),
+            )
+            found += [one for one in of_dvl if isinstance(value_at(probe, one.path), int)]
         if found:
             break
     return (*found, *states[:_MOST_FLAGS], *_covariance(probe, above))
@@ -312,14 +303,6 @@ def _shared(numbers: Sequence[Path]) -> Path:
     while any(path[: len(shared)] != shared for path in numbers):
         shared = shared[:-1]
     return shared
-
-
-def _of_a_dvl(probe: Mapping[str, Any], here: Path) -> list[Flag]:
-    flags = (
-        Flag((*here, "velocity_mode"), 0.0, 1.0, "velocity_mode says are over ground"),
-        Flag((*here, "num_good_beams"), 3.0, np.inf, "num_good_beams gives three beams or more"),
-    )
-    return [one for one in flags if isinstance(value_at(probe, one.path), int)]
 
 
 def _covariance(probe: Mapping[str, Any], above: Path) -> list[Flag]:

@@ -35,7 +35,7 @@ from pipeline.ingest.pool_run_topics import (
     requests_of,
 )
 from pipeline.ingest.quantities import same_quantities
-from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
+from pipeline.records.pool_run import ChannelSummary, PoolRunRecord
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes
 from pipeline.types import FloatArray
@@ -46,12 +46,11 @@ __all__ = ["read_pool_run", "resample", "summarize"]
 
 
 def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path) -> PoolRun:
-    """Read the mapped channels of a log.
+    """Read the channels of a log that the vehicle's ``pool:`` section or a default maps.
 
-    What is wrong with a channel is in `problems` and `marks`; the other channels are read. Raises
-    `InputError` if the file is no log, holds no messages, or none of its topics can be used.
-
-    The vehicle's ``pool:`` section maps channels; names in messages are relative to `raw_root`.
+    What is wrong with a channel is in `problems` and `marks`; the other channels are read. Names in
+    messages are relative to `raw_root`. Raises `InputError` if the file is no log, holds no
+    messages, or none of its topics can be used.
     """
     shown_as = source_name(path, raw_root)
     place = Place(shown_as)
@@ -79,19 +78,36 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path) -> PoolRun:
         [reading.channels((plan,), water_of(vehicle, facts.metadata)) for plan in group]
         for group in plans.groups
     )
-    groups = [[ChannelSource(one) for one in group if one] for group in read]
-    settled = _run(vehicle, facts, channels, (), _extent(channels, groups))
-    chosen = choose_sources(groups, settled, vehicle, problems)
+    groups = [[one for one in group if one] for group in read]
+    run = PoolRun(
+        vehicle.name,
+        place.file,
+        channels,
+        (),
+        (),
+        *_extent(channels, groups),
+        facts.complete,
+        facts.read_bytes,
+        facts.size,
+        facts.writer,
+        dict(facts.metadata),
+        tuple(thruster.name for thruster in vehicle.thrusters),
+        notes,
+    )
     # in the order of the quantities, as the plans have them
-    channels |= chosen
+    channels = channels | choose_sources(groups, run, vehicle, problems)
     told: set[tuple[str, str]] = set()
-    extent_ns = _extent(channels, [])
+    begin_ns, end_ns = _extent(channels, [])
     for name, channel in channels.items():
-        problems += told_of(name, channel, place, extent_ns[0], told)
-    problems += [*reading.doubts(channels), *reading.refused]
-    problems += facts.problems
-    run = _run(vehicle, facts, channels, topics_read(topics, channels, groups, vehicle), extent_ns)
-    run = replace(run, notes=notes)
+        problems += told_of(name, channel, place, begin_ns, told)
+    problems += [*reading.doubts(channels), *reading.refused, *facts.problems]
+    run = replace(
+        run,
+        channels=channels,
+        topics=topics_read(topics, channels, groups, vehicle),
+        start_time_ns=begin_ns,
+        end_time_ns=end_ns,
+    )
     problems += told_of_run(run, topics, vehicle)
     return replace(run, problems=tuple(each_once(problems)))
 
@@ -283,7 +299,10 @@ def _extent(
     channels: Mapping[str, RunChannel], groups: Sequence[Sequence[ChannelSource]]
 ) -> tuple[int, int]:
     """Return the first and the last log time [ns], without those that damage made wild."""
-    every = [*channels.values(), *(one.channel for group in groups for one in group)]
+    every = [
+        *channels.values(),
+        *(one for group in groups for each in group for one in each.values()),
+    ]
     times = [channel.log_time_ns for channel in every if channel.log_time_ns.size]
     if not times:
         return 0, 0
@@ -292,27 +311,3 @@ def _extent(
     # as floats: the difference of two wild times may not fit into 64 bits
     near = logged[np.abs(logged.astype(float) - float(middle)) <= LONGEST_RUN_NS]
     return int(near.min()), int(near.max())
-
-
-def _run(
-    vehicle: Vehicle,
-    facts: LogFacts,
-    channels: Mapping[str, RunChannel],
-    topics: tuple[TopicRead, ...],
-    extent_ns: tuple[int, int],
-) -> PoolRun:
-    """Put the channels of a run together; its problems come later."""
-    return PoolRun(
-        vehicle.name,
-        facts.place.file,
-        channels,
-        topics,
-        (),
-        *extent_ns,
-        facts.complete,
-        facts.read_bytes,
-        facts.size,
-        facts.writer,
-        dict(facts.metadata),
-        tuple(thruster.name for thruster in vehicle.thrusters),
-    )

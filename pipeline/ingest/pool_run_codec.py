@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -44,10 +44,8 @@ _COMPONENT_NAMES = (
 def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]]:
     """Make a decoder of messages ``package.Name`` that a serialised descriptor set defines.
 
-    Files of ``google/protobuf/`` may be missing in it. The decoder turns bytes into numbers, texts,
-    lists, dictionaries, absent messages left out, and raises `BrokenMessageError` where the bytes
-    are no message of this type. Raises `DefinitionError` if `data` is no descriptor set, or does
-    not define the message.
+    Files of ``google/protobuf/`` may be missing in it. The decoder raises `BrokenMessageError`.
+    Raises `DefinitionError` if `data` is no descriptor set, or does not define the message.
     """
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
     from google.protobuf.message import DecodeError
@@ -77,7 +75,7 @@ def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]
             raise BrokenMessageError(
                 f"it is not a message of {name} ({reason(error, 100)})"
             ) from None
-        return _Tree().of(message, 0)
+        return _tree(message, 0, [_MOST_NUMBERS])
 
     return decode
 
@@ -93,69 +91,61 @@ def _add_files(pool: Any, described: Any) -> None:  # noqa: ANN401  of google.pr
     """Add files to a pool, each after those that it needs, with what is well known and absent."""
     import importlib
 
-    waiting = {file.name or f"file-{number}": file for number, file in enumerate(described)}
     defined = {f"{file.package}.{one.name}" for file in described for one in file.message_type}
-    added = []
-    for name in _WELL_KNOWN:
-        known = importlib.import_module(f"google.protobuf.{name}_pb2").DESCRIPTOR
-        if not defined & {f"{known.package}.{one}" for one in known.message_types_by_name}:
-            pool.AddSerializedFile(known.serialized_pb)
-            added.append(known.name)
+    known = [
+        importlib.import_module(f"google.protobuf.{one}_pb2").DESCRIPTOR for one in _WELL_KNOWN
+    ]
+    known = [one for one in known if defined.isdisjoint(
+        f"{one.package}.{name}" for name in one.message_types_by_name)]  # fmt: skip
+    for one in known:
+        pool.AddSerializedFile(one.serialized_pb)
+    waiting = {file.name or f"file-{number}": file for number, file in enumerate(described)}
+
+    def add(name: str) -> None:
+        file = waiting.pop(name)
+        for needed in file.dependency:
+            if needed in waiting:
+                add(needed)
+        file.name = name
+        file.dependency.extend(one.name for one in known if one.name not in file.dependency)
+        pool.Add(file)
+
     while waiting:
-        ready = [
-            name
-            for name, file in waiting.items()
-            if not any(needed in waiting and needed != name for needed in file.dependency)
-        ]
-        if not ready:
-            raise ValueError("its files need each other")
-        for name in ready:
-            file = waiting.pop(name)
-            file.name = name
-            file.dependency.extend(one for one in added if one not in file.dependency)
-            pool.Add(file)
+        add(next(iter(waiting)))
 
 
-class _Tree:
-    """Turns a message into dictionaries, lists, numbers and texts."""
-
-    def __init__(self) -> None:
-        self._numbers = 0
-
-    def of(self, message: Any, depth: int) -> dict[str, Any]:  # noqa: ANN401  of google.protobuf
-        if depth > _MAX_DEPTH:
-            raise BrokenMessageError("it is nested too deeply")
-        fields = message.DESCRIPTOR.fields
-        self._numbers += len(fields)
-        if self._numbers > _MOST_NUMBERS:
+def _tree(message: Any, depth: int, left: list[int]) -> Tree:  # noqa: ANN401  of google.protobuf
+    """Turn a message into dictionaries, lists, numbers and texts; `left` counts the numbers."""
+    found: Tree = {}
+    if depth > _MAX_DEPTH:
+        raise BrokenMessageError("it is nested too deeply")
+    for field in message.DESCRIPTOR.fields:
+        value, kind = getattr(message, field.name), field.message_type
+        if field.is_repeated and kind is not None and kind.GetOptions().map_entry:
+            continue  # a map has no numbers in an order
+        left[0] -= 1 + (len(value) if field.is_repeated else 0)
+        if left[0] < 0:
             raise BrokenMessageError(f"it has more than {_MOST_NUMBERS} numbers")
-        return dict(self._fields(message, fields, depth))
+        if field.is_repeated:
+            found[field.name] = [_plain(kind, part, depth, left) for part in value]
+        elif not field.has_presence or message.HasField(field.name):
+            found[field.name] = _plain(kind, value, depth, left)
+    return found
 
-    def _fields(self, message: Any, fields: Any, depth: int) -> Iterator[tuple[str, Any]]:  # noqa: ANN401  of google.protobuf
-        for field in fields:
-            value = getattr(message, field.name)
-            if field.is_repeated:
-                if field.message_type is not None and field.message_type.GetOptions().map_entry:
-                    continue  # a map has no numbers in an order
-                self._numbers += len(value)
-                yield field.name, [self._one(field, one, depth) for one in value]
-            elif not field.has_presence or message.HasField(field.name):
-                yield field.name, self._one(field, value, depth)
 
-    def _one(self, field: Any, value: Any, depth: int) -> Any:  # noqa: ANN401  of any type
-        if field.message_type is not None:
-            return self.of(value, depth + 1)
-        if isinstance(value, bytes):
-            return list(value)
-        return int(value) if isinstance(value, bool) else value
+def _plain(kind: Any, value: Any, depth: int, left: list[int]) -> Any:  # noqa: ANN401  of any type
+    if kind is not None:
+        return _tree(value, depth + 1, left)
+    if isinstance(value, bytes):
+        return list(value)
+    return int(value) if isinstance(value, bool) else value
 
 
 @dataclass(frozen=True)
 class Codec:
-    """How messages of a channel are decoded.
+    """How messages of a channel are decoded; `definition` is for the fast way of those of ROS.
 
-    `definition` is there for those of ROS, for their fast way. `packed` tells that each message is
-    compressed with zstd by itself, as ``ros2 bag record --compression-mode message`` does.
+    `packed`: each is compressed by itself, as by ``ros2 bag record --compression-mode message``.
     """
 
     decode: Callable[[bytes], Tree]
@@ -164,11 +154,7 @@ class Codec:
 
 
 def codec_of(channel: ChannelRecord, schema: SchemaRecord | None) -> Codec:
-    """Choose the decoder of a channel.
-
-    Raises `DefinitionError` where its encoding is unknown or its definition missing or not
-    understood.
-    """
+    """Choose the decoder of a channel; raises `DefinitionError` where there is none for it."""
     encoding = channel.message_encoding
     if encoding == "json":
         return Codec(decode_json)
@@ -204,10 +190,7 @@ def is_packed(data: bytes) -> bool:
 
 
 def unpacked(data: bytes) -> bytes:
-    """Unpack one message.
-
-    Raises `BrokenMessageError` if it cannot be unpacked, or to more than a message of readings has.
-    """
+    """Unpack one message; raises `BrokenMessageError` where it is broken or too large."""
     import zstandard
 
     try:
@@ -221,10 +204,7 @@ def unpacked(data: bytes) -> bytes:
 
 
 def decode_json(data: memoryview | bytes) -> Tree:
-    """Decode a message.
-
-    Raises `BrokenMessageError` if it is not a JSON object, or nested deeper than 50 levels. ``NaN``
-    and ``Infinity`` are understood.
+    """Decode a message; raises `BrokenMessageError` if it is no JSON object, or nested too deeply.
 
     >>> decode_json(b'{"depth": 1.5}')
     {'depth': 1.5}

@@ -82,13 +82,17 @@ def convert(
     `names` are those of the elements where the messages have them; `guessed` is the unit of
     commands that state none: where it is not given, these readings alone tell it.
     """
+    from scipy.spatial.transform import Rotation
+
     facts = QUANTITIES[plan.quantity]
     if facts.each:
         return _by_thruster(plan, raw, vehicle, names, guessed)
     notes: list[str] = []
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
-    if plan.quantity == "attitude_euler" and plan.unit is None and _beyond_radians(raw):
-        unit, notes = "deg", ["angles are taken for deg: they go beyond what radians can be"]
+    if plan.quantity == "attitude_euler" and plan.unit is None:
+        largest = np.nanmax(np.abs(raw), axis=0, initial=0.0)
+        if (largest > np.array([np.pi, np.pi / 2.0, 2.0 * np.pi]) + 0.01).any():
+            unit, notes = "deg", ["angles are taken for deg: they go beyond what radians can be"]
     scale = UNITS[plan.quantity][unit] * np.array(plan.sign, float)
     if (scale != 1.0).any():
         raw *= scale
@@ -98,7 +102,8 @@ def convert(
         raw[:, 1] -= 2.0 * np.pi * (np.abs(raw[:, 1] / np.pi - 1.75) < _OF_A_TURN)
         none = np.abs(raw[:, 1]) > np.pi / 2.0 + 0.01  # no pitch, but a number for none
         raw[none & (none.mean() < _MOST_NONE)] = np.nan
-        raw = _attitude(plan, _from_euler(raw), order="xyzw")
+        turn = Rotation.from_euler("ZYX", raw[:, ::-1])
+        raw = _attitude(plan, np.asarray(turn.as_quat()), order="xyzw")
     elif plan.quantity == "pressure":
         notes += _into_depth(plan, raw, water)
     elif facts.axes == "body":
@@ -106,12 +111,6 @@ def convert(
     elif facts.axes == "earth":
         _turn(raw, EARTH[plan.earth_axes])
     return Converted(facts.channel or plan.quantity, facts.columns, raw, unit, tuple(notes))
-
-
-def _beyond_radians(angles: FloatArray) -> bool:
-    """Tell whether roll, pitch, yaw (k, 3) have angles that no radians have."""
-    largest = np.nanmax(np.abs(angles), axis=0, initial=0.0)
-    return bool((largest > np.array([np.pi, np.pi / 2.0, 2.0 * np.pi]) + 0.01).any())
 
 
 def _turn(vectors: FloatArray, axes: FloatArray) -> None:
@@ -143,20 +142,6 @@ def _as_quaternion(axes: FloatArray) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]])
-
-
-def _from_euler(angles: FloatArray) -> FloatArray:
-    half = 0.5 * angles
-    (cr, cp, cy), (sr, sp, sy) = np.cos(half).T, np.sin(half).T
-    return np.stack(
-        [
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ],
-        axis=1,
-    )
 
 
 def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:

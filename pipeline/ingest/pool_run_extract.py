@@ -5,8 +5,8 @@ Only these numbers and two times a message stay in memory, however large the log
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,9 +48,8 @@ class Request:
 class TopicData:
     """What was taken from a topic, in the order of the file.
 
-    `values` (k, m), NaN where a message lacks a number; `stamp_ns` (k,) or None; `names` are the
-    lists of names met and `name_list` (k,) says which one a message has; `broken` (k,) are
-    messages that could not be decoded, `why_broken` the first reason.
+    `values` (k, m), NaN where a message lacks a number; `names` are the lists of names met and
+    `name_list` (k,) says which one a message has; `why_broken` is the first reason.
     """
 
     log_time_ns: IntArray
@@ -65,10 +64,7 @@ class TopicData:
 def extract(
     log: "MessageLog", codecs: Mapping[int, Codec], requests: Mapping[str, Request]
 ) -> dict[str, TopicData]:
-    """Read a log once, for what is wanted of each topic; `codecs` are by channel (id).
-
-    Numbers of messages with a definition are gathered at once; others are decoded one by one.
-    """
+    """Read a log once, for what is wanted of each topic; `codecs` are by channel (id)."""
     channels = log.directory.channels
     expected = dict.fromkeys(requests, 0)
     for number, channel in channels.items():
@@ -95,17 +91,12 @@ def _in_order(
     if len({id(by_channel[number][0]) for number, _ in wanted}) == len(wanted):  # or none
         return wanted
     # several publishers of one topic: message by message in the order of the file
-    number = np.concatenate([np.full(part.start.size, name) for name, part in wanted])
+    number = np.repeat([name for name, _ in wanted], [part.start.size for _, part in wanted])
     parts = [np.stack([part.log_time_ns, part.start, part.size]) for _, part in wanted]
-    every = np.concatenate(parts, axis=1)
-    order = np.argsort(every[1], kind="stable")
-    number, every = number[order], every[:, order]
-    cuts = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), number.size]
-    return [
-        (int(number[begin]), Messages(*every[:, begin:end]))
-        for begin, end in pairwise(cuts)
-        if end > begin
-    ]
+    order = np.argsort(np.concatenate([part.start for _, part in wanted]), kind="stable")
+    number, every = number[order], np.concatenate(parts, axis=1)[:, order]
+    rows = np.split(np.arange(number.size), np.flatnonzero(np.diff(number)) + 1)
+    return [(int(number[some[0]]), Messages(*every[:, some])) for some in rows]
 
 
 #: Messages for which there is room before any was read: a file may claim any number.
@@ -118,11 +109,7 @@ _Columns = dict[str, np.ndarray[Any, Any]]
 
 
 class Sink:
-    """What was taken from a topic so far, in arrays that grow.
-
-    How many messages there are is usually known: parts put together at the end would be in memory
-    twice.
-    """
+    """What was taken from a topic so far, in arrays that grow: parts would be in memory twice."""
 
     def __init__(self, request: Request, expected: int) -> None:
         """Begin with room for the messages that are expected."""
@@ -150,7 +137,7 @@ class Sink:
         count: int,
         column: Callable[[Path], npt.NDArray[Any] | None],
     ) -> None:
-        """Fill some of the rows from numbers (k,) by their paths, None where there are none."""
+        """Fill some of the rows from numbers (k,) by their paths."""
         for number, path in enumerate(self.request.numbers):
             found = column(path)
             rows["values"][where, number] = np.nan if found is None else found
@@ -280,14 +267,12 @@ def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
     """Unpack messages that are compressed one by one; one that is broken becomes empty."""
     parts = []
     for begin, size in zip(messages.start.tolist(), messages.size.tolist(), strict=True):
-        try:
-            parts.append(unpacked(buffer[begin : begin + size].tobytes()))
-        except BrokenMessageError:
-            parts.append(b"")
+        parts.append(b"")
+        with suppress(BrokenMessageError):
+            parts[-1] = unpacked(buffer[begin : begin + size].tobytes())
     sizes = np.array([len(part) for part in parts], np.int64)
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
     whole = np.frombuffer(b"".join(parts), np.uint8)
-    return whole, Messages(messages.log_time_ns, starts, sizes)
+    return whole, Messages(messages.log_time_ns, np.cumsum(sizes) - sizes, sizes)
 
 
 @functools.lru_cache(maxsize=4096)

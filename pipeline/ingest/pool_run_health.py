@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.records.run_table import continuous
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: A step between readings of more periods than this is a gap.
@@ -43,11 +44,7 @@ class Rhythm:
 
 
 def rhythm_of(time_ns: IntArray) -> Rhythm:
-    """Find period and gaps.
-
-    Regular is what has nine of ten steps between a quarter of the median and four times it;
-    commands that are sent on change are not, and have no gaps.
-    """
+    """Find period and gaps; irregular readings, as commands sent on change are, have none."""
     step = np.diff(time_ns) / 1e9
     forward, gaps = step[step > 0], np.zeros(step.size, np.bool_)
     if not forward.size:
@@ -64,22 +61,22 @@ def rhythm_of(time_ns: IntArray) -> Rhythm:
 
 
 def time_marks(time_ns: IntArray, values: FloatArray, rhythm: Rhythm) -> dict[str, BoolArray]:
-    """Mark what is wrong with the order of times.
-
-    Of chosen times (k,) in the order of the file [ns]; readings (k, m) tell a duplicate from two
-    readings of one time. Marks are "out_of_order", "duplicate", "same_stamp", "after_gap".
-    """
-    marks: dict[str, BoolArray] = {}
+    """Mark what is wrong with the order of times (k,) [ns]; readings (k, m) tell duplicates."""
     if time_ns.size < 2:
-        return marks
-    _set(marks, "out_of_order", _second(time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]))
-    same_time = _second(np.diff(time_ns) == 0)
-    if same_time.any():
-        same = _repeats(values)
-        _set(marks, "duplicate", same_time & same)
-        _set(marks, "same_stamp", same_time & ~same)
-    _set(marks, "after_gap", _second(rhythm.gaps))
-    return marks
+        return {}
+    same_time, same = _second(np.diff(time_ns) == 0), _repeats(values)
+    return _met(
+        {
+            "out_of_order": _second(time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]),
+            "duplicate": same_time & same,
+            "same_stamp": same_time & ~same,
+            "after_gap": _second(rhythm.gaps),
+        }
+    )
+
+
+def _met(marks: dict[str, BoolArray]) -> dict[str, BoolArray]:
+    return {name: mark for name, mark in marks.items() if mark.any()}
 
 
 def _second(pairs: BoolArray) -> BoolArray:
@@ -96,69 +93,45 @@ def value_marks(
     lowest: float | None = None,
     highest: float | None = None,
 ) -> dict[str, BoolArray]:
-    """Mark what is wrong with the values of a channel.
+    """Mark what is wrong with readings (k, m) that follow at `period_s`.
 
-    Parameters
-    ----------
-    values : ndarray, shape (k, m)
-        Readings.
-    period_s : float
-        Median time between them. [s]
-    is_quaternion : bool
-        q and -q are one attitude: a change of all signs is no spike. Its components have ends of
-        their own: level is w = 1.
-    jumps : bool
-        Shaft speeds follow commands that jump to and fro: no spikes are looked for.
-    lowest, highest : float, optional
-        Range of the sensor, in the unit of the readings.
-
-    Returns
-    -------
-    dict of ndarray, shape (k,)
-        "not_a_number", "dropout", "frozen", "saturated", "spike", "outside_range".
+    q and -q are one attitude: a change of all signs is no spike, and its components have ends of
+    their own: level is w = 1. Shaft speeds follow commands that jump to and fro (`jumps`): they
+    have no spikes. `lowest` and `highest` are the range of the sensor, in the unit of the readings.
     """
-    marks: dict[str, BoolArray] = {}
     finite = _are_readings(values)
-    _set(marks, "not_a_number", ~finite)
+    marks = {"not_a_number": ~finite}
     if not finite.all():
         values = np.where(finite[:, None], values, np.nan)
-    if lowest is not None or highest is not None:
+    has_range = lowest is not None or highest is not None
+    if has_range:
         low, high = -np.inf if lowest is None else lowest, np.inf if highest is None else highest
         width = high - low if np.isfinite(high - low) else abs(low if highest is None else high)
-        _range_marks(marks, values, (low, high), 1e-6 * width)
-    if values.shape[0] < 10 or not finite.any():
-        return marks
-    if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
-        return marks  # constant throughout: said of the channel, not of its readings
-    _set(marks, "dropout", _dropouts(values, jumps=jumps or is_quaternion))
+        marks |= _range_marks(values, (low, high), 1e-6 * width)
+    is_constant = all(np.fmin.reduce(one) == np.fmax.reduce(one) for one in values.T if one.size)
+    if values.shape[0] < 10 or not finite.any() or is_constant:
+        return _met(marks)  # constant throughout: said of the channel, not of its readings
+    marks["dropout"] = _dropouts(values, jumps=jumps or is_quaternion)
     repeats = _repeats(values) & finite
     if repeats.mean() < _MOST_REPEATS:
-        if lowest is None and highest is None and not is_quaternion:
-            _set(marks, "saturated", _at_the_end(values))
+        if not has_range and not is_quaternion:
+            marks["saturated"] = _at_the_end(values)
         least = max(_FROZEN_READINGS, round(_FROZEN_S / period_s) if period_s > 0 else 0)
         frozen = _runs(repeats, least - 1)
         frozen[:-1] |= frozen[1:] & repeats[1:]  # the reading that is repeated, too
-        for other in ("dropout", "saturated"):
-            frozen &= ~marks.get(other, np.zeros_like(frozen))
-        _set(marks, "frozen", frozen)
-    if jumps:
-        return marks
-    spikes = np.zeros(values.shape[0], np.bool_)
-    columns = _without_sign_changes(values) if is_quaternion else values
-    for column in columns.T:
-        spikes |= _spikes(column)
-    _set(marks, "spike", spikes)
-    return marks
+        marks["frozen"] = frozen & ~marks["dropout"] & ~marks.get("saturated", np.False_)
+    if not jumps:
+        columns = continuous(values) if is_quaternion else values
+        marks["spike"] = np.any([_spikes(column) for column in columns.T], axis=0)
+    return _met(marks)
 
 
 def command_marks(
     values: FloatArray, lowest: FloatArray, highest: FloatArray
 ) -> dict[str, BoolArray]:
     """Mark commands (k, m) at and beyond the range (m,) of their drives."""
-    marks: dict[str, BoolArray] = {}
-    _set(marks, "not_a_number", ~_are_readings(values))
-    _range_marks(marks, values, (lowest, highest), 0.5)
-    return marks
+    beyond = _range_marks(values, (lowest, highest), 0.5)
+    return _met({"not_a_number": ~_are_readings(values), **beyond})
 
 
 def _are_readings(values: FloatArray) -> BoolArray:
@@ -171,23 +144,15 @@ def _are_readings(values: FloatArray) -> BoolArray:
 
 
 def _range_marks(
-    marks: dict[str, BoolArray],
-    values: FloatArray,
-    ends: tuple[FloatArray | float, FloatArray | float],
-    slack: float,
-) -> None:
+    values: FloatArray, ends: tuple[FloatArray | float, FloatArray | float], slack: float
+) -> dict[str, BoolArray]:
     """Mark readings beyond the lowest and the highest value, or as near to them as `slack`."""
     low, high = ends
     with np.errstate(invalid="ignore"):
         beyond = (values > high + slack) | (values < low - slack)
         at_end = ((values >= high - slack) | (values <= low + slack)) & ~beyond
-    _set(marks, "outside_range", beyond.any(axis=1))
-    _set(marks, "saturated", at_end.any(axis=1))
-
-
-def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray | np.bool_) -> None:
-    if np.any(mark):
-        marks[name] = np.asarray(mark)
+    marks = {"outside_range": beyond, "saturated": at_end}
+    return {name: np.asarray(rows.any(axis=1)) for name, rows in marks.items()}
 
 
 def _repeats(values: FloatArray) -> BoolArray:
@@ -195,7 +160,7 @@ def _repeats(values: FloatArray) -> BoolArray:
     same = np.ones(max(values.shape[0] - 1, 0), np.bool_)
     for column in values.T:
         now, before = column[1:], column[:-1]
-        same &= (now == before) | ((now != now) & (before != before))  # noqa: PLR0124  not a number
+        same &= (now == before) | (np.isnan(now) & np.isnan(before))
     return _second(same)[: values.shape[0]]
 
 
@@ -244,8 +209,7 @@ def _runs(mark: BoolArray, least: int) -> BoolArray:
     """Keep runs of at least so many."""
     kept = np.zeros(mark.size, np.bool_)
     for begin, end in runs_of(mark):
-        if end - begin >= least:
-            kept[begin:end] = True
+        kept[begin:end] = end - begin >= least
     return kept
 
 
@@ -293,9 +257,3 @@ def _spikes(column: FloatArray) -> BoolArray:
         rows = rows[np.abs(middle[rows]) > _SPIKE_SIGMAS * local]
     found[rows + 1] = True
     return found
-
-
-def _without_sign_changes(quaternion: FloatArray) -> FloatArray:
-    dot = (quaternion[1:] * quaternion[:-1]).sum(axis=1)
-    sign = np.concatenate([[1.0], np.cumprod(np.where(dot < 0.0, -1.0, 1.0))])
-    return np.asarray(quaternion * sign[:, None])

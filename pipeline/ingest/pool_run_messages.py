@@ -38,13 +38,12 @@ _NO_READINGS = re.compile(r"Image|Cloud|Scan|Log$|Event|Marker|String|Map|Camera
 def broken_messages(place: Place, data: Mapping[str, TopicData]) -> Iterator[Problem]:
     """Say which topics have messages that cannot be decoded."""
     for topic, taken in data.items():
-        count = int(taken.broken.sum())
-        if count:
-            what = (
+        if count := int(taken.broken.sum()):
+            yield place.warning(
                 f"{topic}: {count} of {taken.broken.size} messages cannot be decoded: "
-                f"{taken.why_broken}."
+                f"{taken.why_broken}.",
+                remedy="They are marked and left out.",
             )
-            yield place.warning(what, remedy="They are marked and left out.")
 
 
 def miscounted(
@@ -111,9 +110,10 @@ def told_of(
         first = int(np.argmax(channel.marks[mark]))
         at = (int(channel.log_time_ns[first]) - run_start_ns) / 1e9
         share = 100.0 * counts[mark] / channel.time_ns.size
+        share_text = f"{share:.2g}" if share < 10.0 else f"{share:.0f}"
         what = (
             f"{name} ({channel.topic}): {counts[mark]} of {channel.time_ns.size} readings "
-            f"({_two_figures(share)} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the "
+            f"({share_text} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the "
             f"first at {at:.3f} s."
         )
         plain = mark in _PLAIN_MARKS and share < 5.0
@@ -130,15 +130,6 @@ def told_of(
         yield place.warning(what, remedy="Check the sensor.")
     elif constant and not channel.holds and channel.quantity != "attitude":
         yield place.warning(f"{name} ({channel.topic}): {', '.join(constant)} never changes.")
-
-
-def _two_figures(percent: float) -> str:
-    """Write a percentage to two figures, and a hundred as what it is.
-
-    >>> _two_figures(0.1234), _two_figures(41.7), _two_figures(99.7)
-    ('0.12', '42', '100')
-    """
-    return f"{percent:.2g}" if percent < 10.0 else f"{percent:.0f}"
 
 
 def _is_constant(values: FloatArray) -> bool:

@@ -173,6 +173,11 @@ class Plan:
         return self.stated.quantity
 
     @property
+    def of_one(self) -> bool:
+        """Whether it is of a single thruster, and stands for itself."""
+        return self.quantity in PER_THRUSTER and len(self.thrusters) == 1 and self.names is None
+
+    @property
     def wanted(self) -> int:
         """How many of the numbers are taken; a field may have more than there are thrusters."""
         is_each = self.quantity in PER_THRUSTER and self.names is None
@@ -198,7 +203,13 @@ def plan_channel(
         raise NotThereError(topic.why_not or "the topic has no messages")
     notes: list[str] = []
     fields, numbers = _numbers(stated, probe)
-    numbers = _picked(stated, numbers, fields)
+    beyond = [number for number in stated.index or () if number >= len(numbers)]
+    if beyond:
+        raise NotThereError(
+            f"index {beyond[0]} is beyond the {len(numbers)} numbers of {', '.join(fields)}"
+        )
+    if stated.index is not None:
+        numbers = [numbers[number] for number in stated.index]
     texts = value_at(probe, ("name",))
     doubts: list[str] = []
     names, columns, numbers = elements_of(stated, texts, numbers, thrusters, notes, doubts)
@@ -268,17 +279,6 @@ def _numbers(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[tuple[str, 
         f"none of its fields is known to hold {stated.quantity}; its messages have "
         f"{outline(probe)}. State field"
     )
-
-
-def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> list[Path]:
-    if stated.index is None:
-        return numbers
-    beyond = [number for number in stated.index if number >= len(numbers)]
-    if beyond:
-        raise NotThereError(
-            f"index {beyond[0]} is beyond the {len(numbers)} numbers of {', '.join(fields)}"
-        )
-    return [numbers[number] for number in stated.index]
 
 
 def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[BodyAxes, EarthAxes]:

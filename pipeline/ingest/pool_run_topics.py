@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import ChunkBlock
-from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
 from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default
 from pipeline.ingest.pool_run_extract import Request
 from pipeline.ingest.pool_run_plan import NotThereError, Plan, TopicFound, plan_channel
-from pipeline.ingest.quantities import PER_THRUSTER, QUANTITIES, same_quantities
+from pipeline.ingest.quantities import QUANTITIES, same_quantities
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
@@ -53,6 +52,7 @@ def topics_of(log: "MessageLog") -> tuple[dict[int, Codec], list[TopicFound]]:
     found: dict[str, TopicFound] = {}
     for number, channel in sorted(directory.channels.items()):
         schema = directory.schemas.get(channel.schema_id)
+        kind = "" if schema is None else schema.name
         known = found.get(channel.topic)
         here = directory.counts.get(number, 0)
         messages = here + (known.messages if known else 0)
@@ -65,7 +65,7 @@ def topics_of(log: "MessageLog") -> tuple[dict[int, Codec], list[TopicFound]]:
         found[channel.topic] = TopicFound(
             channel.topic,
             (number,),
-            _type_name(schema, channel.message_encoding),
+            kind.replace("/", "/msg/") if channel.message_encoding == "ros1" else kind,
             channel.message_encoding,
             messages,
             probe,
@@ -76,13 +76,6 @@ def topics_of(log: "MessageLog") -> tuple[dict[int, Codec], list[TopicFound]]:
     return codecs, list(found.values())
 
 
-def _type_name(schema: SchemaRecord | None, encoding: str) -> str:
-    """Name of a message's type; that of ROS 1 as ROS 2 writes it."""
-    if schema is None:
-        return ""
-    return schema.name.replace("/", "/msg/") if encoding == "ros1" else schema.name
-
-
 class _Probes:
     """Decodes the first message of every channel that can be decoded."""
 
@@ -91,24 +84,23 @@ class _Probes:
     ) -> None:
         self._log, self._codecs, self._why_not = log, codecs, why_not
         self.found: dict[int, dict[str, Any]] = {}
-        self._tried: dict[int, int] = {}
+        self._tried = dict.fromkeys(codecs, 0)
         self._wanted = set(codecs)
 
     def read(self) -> None:
         """Read as much of the log as it takes."""
-        while self._wanted:
+        before: set[int] = set()
+        while self._wanted != before:
             before = set(self._wanted)
             for block in self._log.blocks(frozenset(before)):
                 for number in before & self._wanted & set(block.messages):
                     self._look_at(block, number)
                 # begin anew when some are done: chunks without the others are then passed over
-                if not self._wanted or len(self._wanted) < len(before):
+                if len(self._wanted) < len(before):
                     break
-            else:
-                break
         for number, probe in self.found.items():
             nothing = [name for name, value in probe.items() if value is None]
-            if nothing and not any(numbers_below(probe, (name,)) for name in probe):
+            if nothing and not _has_number(probe):
                 self._why_not[number] = (
                     f"{', '.join(nothing)} is null in its first {self._tried[number]} messages"
                 )
@@ -117,7 +109,7 @@ class _Probes:
         messages = block.messages[number]
         is_json = self._log.directory.channels[number].message_encoding == "json"
         # several of JSON: what one lacks another may have
-        most = _FIRST_OF_JSON if is_json else 3
+        most, enough = _FIRST_OF_JSON if is_json else 3, False
         for begin, size in zip(
             messages.start[:most].tolist(), messages.size[:most].tolist(), strict=True
         ):
@@ -125,24 +117,19 @@ class _Probes:
                 self._why_not[number] = f"its messages of {size} bytes are no readings"
                 self._wanted.discard(number)
                 return
-            self._tried[number] = self._tried.get(number, 0) + 1
+            self._tried[number] += 1
             self._decode(number, block.data[begin : begin + size].tobytes())
-            if number in self.found and (
-                not is_json or (self._tried[number] >= _FIRST_MESSAGES and not self._lacks(number))
-            ):
+            probe, tried = self.found.get(number), self._tried[number]
+            # of JSON a field has been null so far, or there has been no number, for a while
+            enough = probe is not None and not (
+                is_json
+                and (_lacks(probe) or (tried < _FIRST_WITHOUT_NUMBERS and not _has_number(probe)))
+            )
+            if enough and (not is_json or tried >= _FIRST_MESSAGES):
                 break
         most = _FIRST_OF_JSON if number in self.found else _MOST_TRIES
-        done = number in self.found and not (is_json and self._lacks(number))
-        if done or self._tried[number] >= most:
+        if enough or self._tried[number] >= most:
             self._wanted.discard(number)
-
-    def _lacks(self, number: int) -> bool:
-        """Tell whether a field has been null so far, or there has been no number, for a while."""
-        probe = self.found[number]
-        is_bare = self._tried[number] < _FIRST_WITHOUT_NUMBERS and not any(
-            numbers_below(probe, (name,)) for name in probe
-        )
-        return is_bare or _lacks(probe)
 
     def _decode(self, number: int, data: bytes) -> None:
         if is_packed(data) and not self._codecs[number].packed:
@@ -155,6 +142,10 @@ class _Probes:
             return
         self._why_not.pop(number, None)
         self.found[number] = _with(self.found.get(number, {}), later)
+
+
+def _has_number(probe: Mapping[str, Any]) -> bool:
+    return any(numbers_below(probe, (name,)) for name in probe)
 
 
 def _lacks(probe: Mapping[str, Any]) -> bool:
@@ -207,77 +198,58 @@ def plans_of(
 ) -> Plans:
     """Make the plans that are stated, those usual for the recorder, those of the defaults.
 
-    `stated` are channels of the vehicle file and of the notes of the run. At most one of a quantity
-    is settled, or one for each of its thrusters.
+    At most one of a quantity is settled, or one for each of its thrusters.
     """
     place = facts.place
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}
-    plans: list[Plan] = []
+    settled: dict[str, Plan] = {}
     for one in stated:
-        channel, said = one.channel, one.said
-        topic = by_name.get(_bare(channel.topic))
-        if topic is None:
-            have = ", ".join(topic.name for topic in topics[:12])
-            what = f"{said}: there is no such topic. The log has {have}."
-            problems.append(place.warning(what, remedy="Correct the topic in vehicle.yaml."))
-            continue
+        topic = by_name.get(_bare(one.channel.topic))
         try:
-            plans.append(plan_channel(channel, topic, names, one.mapped_by))
+            if topic is None:
+                have = ", ".join(topic.name for topic in topics[:12])
+                raise NotThereError(f"there is no such topic. The log has {have}")  # noqa: TRY301  said below
+            plan = plan_channel(one.channel, topic, names, one.mapped_by)
         except NotThereError as error:
-            what = f"{said}: {error}; the channel was left out."
+            what = f"{one.said}: {error}; the channel was left out."
             problems.append(place.warning(what, remedy="Correct it in vehicle.yaml."))
-    plans = _no_quantity_twice(plans, place, problems)
+            continue
+        name = channel_name(plan)
+        first = settled.setdefault(name, plan)
+        if first is not plan:
+            both = f"{first.topic} and {plan.topic}"
+            what = f"{name} is stated twice, from {both}; the first is taken."
+            problems.append(place.warning(what, remedy="Delete one in vehicle.yaml."))
+    plans = tuple(settled.values())
     problems += _two_clocks(plans, place)
     if not vehicle.pool.defaults:
-        return Plans(tuple(plans), ())
+        return Plans(plans, ())
     known = {one.channel.quantity for one in stated}
-    groups: list[tuple[Plan, ...]] = []
-    each: list[Plan] = []
+    groups: dict[str, dict[tuple[str, str], Plan]] = {}
+    each: dict[str, Plan] = {}
     for channel in facts.usual:
         topic = by_name.get(_bare(channel.topic))
         if topic is None or known & set(same_quantities(channel.quantity)):
             continue
         with suppress(NotThereError):
             plan = plan_channel(channel, topic, names, f"default: {facts.recorder}")
-            _add_to_groups(plan, groups, each)
-    known |= {plan.quantity for group in groups for plan in group} | {one.quantity for one in each}
+            if plan.of_one:
+                each.setdefault(channel_name(plan), plan)
+            else:
+                group = groups.setdefault(same_quantities(plan.quantity)[0], {})
+                group.setdefault(key_of(plan), plan)
+    usual = [tuple(group.values()) for group in groups.values()]
+    known |= {one.quantity for group in (*usual, tuple(each.values())) for one in group}
     notes: list[str] = []
     found, singles, warning = choose_by_default(topics, known, vehicle, notes)
     problems += [*map(place.note, notes), *([place.warning(warning)] if warning else [])]
-    return Plans((*plans, *each, *singles), (*groups, *found))
-
-
-def _add_to_groups(plan: Plan, groups: list[tuple[Plan, ...]], each: list[Plan]) -> None:
-    """Put a plan with those of its quantity; one of a single thruster stands for itself."""
-    if plan.quantity in PER_THRUSTER and len(plan.thrusters) == 1 and plan.names is None:
-        if channel_name(plan) not in {channel_name(one) for one in each}:
-            each.append(plan)
-        return
-    for number, group in enumerate(groups):
-        if plan.quantity in same_quantities(group[0].quantity):
-            if key_of(plan) not in {key_of(one) for one in group}:
-                groups[number] = (*group, plan)
-            return
-    groups.append((plan,))
+    return Plans((*plans, *each.values(), *singles), (*usual, *found))
 
 
 def _bare(topic: str) -> str:
     """Topics are compared without the leading slash, which some recorders leave out."""
     return topic.lstrip("/")
-
-
-def _no_quantity_twice(plans: Sequence[Plan], place: Place, problems: list[Problem]) -> list[Plan]:
-    kept: dict[str, Plan] = {}
-    for plan in plans:
-        name = channel_name(plan)
-        first = kept.setdefault(name, plan)
-        if first is not plan:
-            what = (
-                f"{name} is stated twice, from {first.topic} and {plan.topic}; the first is taken."
-            )
-            problems.append(place.warning(what, remedy="Delete one in vehicle.yaml."))
-    return list(kept.values())
 
 
 def _two_clocks(plans: Sequence[Plan], place: Place) -> Iterator[Problem]:
@@ -295,7 +267,7 @@ def _two_clocks(plans: Sequence[Plan], place: Place) -> Iterator[Problem]:
 
 def channel_name(plan: Plan) -> str:
     """Name of the channel that a plan makes: the quantity, and the thruster if it is one's own."""
-    if plan.quantity in PER_THRUSTER and len(plan.thrusters) == 1 and plan.names is None:
+    if plan.of_one:
         return f"{plan.quantity}.{plan.thrusters[0]}"
     return QUANTITIES[plan.quantity].channel or plan.quantity
 
@@ -312,17 +284,13 @@ def nothing_mapped(
     listed = []
     for topic in topics[:20]:
         why = f": {topic.why_not}" if topic.why_not else ""
-        kind = f"{topic.message_type}, {topic.encoding}" if topic.message_type else topic.encoding
-        listed.append(f"  {topic.name} ({kind}, {topic.messages} messages){why}")
-    more = f"\n  and {len(topics) - 20} more" if len(topics) > 20 else ""
-    said = "\n".join(f"  {problem.what}" for problem in problems)
-    said = f"\n{said}" if said else ""
+        kind = f"{topic.message_type}, " if topic.message_type else ""
+        listed.append(f"  {topic.name} ({kind}{topic.encoding}, {topic.messages} messages){why}")
+    listed += [f"  and {len(topics) - 20} more"] if len(topics) > 20 else []
+    listed += [f"  {problem.what}" for problem in problems]
     return InputError.at(
         place,
-        "none of its topics is known to carry a command or a reading:\n"
-        + "\n".join(listed)
-        + more
-        + said,
+        "none of its topics is known to carry a command or a reading:\n" + "\n".join(listed),
         expected="thruster commands, and readings such as angular velocity, attitude or depth.",
         remedy="State where they are under pool: channels in vehicle.yaml.",
     )

@@ -15,7 +15,7 @@ from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
 _MOTION = ("/sim/odometry", "nav_msgs/msg/Odometry", "cdr")
@@ -110,7 +110,11 @@ def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:
     Raises `InputError` if the run has fewer than two commands.
     """
     channels = [one for one in run.channels.values() if one.quantity == _COMMAND]
-    parts = [(one, _own_time_ns(one), _timed(one)) for one in channels]
+    # asked thruster by thruster: a command that jumps or is zero is a command
+    parts = [
+        (one, _own_time_ns(one), one.timely() & ~one.marks.get("broken", np.False_))
+        for one in channels
+    ]
     times = [time_ns[kept] for _, time_ns, kept in parts]
     all_ns = np.unique(np.concatenate([np.empty(0, np.int64), *times]))
     if all_ns.size < 2:
@@ -142,16 +146,6 @@ def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:
         run.notes,
         min(run.start_time_ns - begin, 0) * 1e-9,
     )
-
-
-def _timed(channel: RunChannel) -> BoolArray:
-    """Tell which messages (k,) stand at a time that can be believed.
-
-    The value is asked thruster by thruster: one that is no number leaves the others alone, and a
-    command that jumps or is zero is a command.
-    """
-    timely = channel.timely()
-    return timely & ~channel.marks["broken"] if "broken" in channel.marks else timely
 
 
 def _own_time_ns(channel: RunChannel) -> IntArray:

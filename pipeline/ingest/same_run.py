@@ -39,7 +39,9 @@ def _is_one_run(one: PoolRunRecord, other: PoolRunRecord) -> bool:
         if column in theirs
     ]
     moving = [(a, b) for a, b in shared if a[1] > a[0]]
-    return len(moving) >= _LEAST_CHANNELS and all(_are_close(a, b) for a, b in moving)
+    return len(moving) >= _LEAST_CHANNELS and all(
+        max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= _CLOSE * (a[1] - a[0]) + 1e-9 for a, b in moving
+    )
 
 
 def _ranges(channel: ChannelSummary) -> list[tuple[str, tuple[float, float]]]:
@@ -51,8 +53,3 @@ def _ranges(channel: ChannelSummary) -> list[tuple[str, tuple[float, float]]]:
         for column, low, high in zip(channel.columns, channel.lowest, channel.highest, strict=True)
         if low is not None and high is not None
     ]
-
-
-def _are_close(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    slack = _CLOSE * (one[1] - one[0]) + 1e-9
-    return abs(one[0] - other[0]) <= slack and abs(one[1] - other[1]) <= slack
