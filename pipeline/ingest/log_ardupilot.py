@@ -23,10 +23,7 @@ _MOTORS = {**{33 + k: 1 + k for k in range(8)}, **{82 + k: 9 + k for k in range(
 
 
 def read_bin(path: Path, shown_as: str) -> TableLog:
-    """Read a data-flash log: offsets of the messages by pymavlink, their numbers gathered at once.
-
-    Raises `InputError` if it is no such log, or holds no messages.
-    """
+    """Read a data-flash log, its numbers gathered at once; raises `InputError`."""
     return read_recording(path, shown_as, "ardupilot_bin", "ArduPilot", _tables_of_bin)
 
 
@@ -183,10 +180,7 @@ def _motors(
 
 
 def read_tlog(path: Path, shown_as: str) -> TableLog:
-    """Read a telemetry log of MAVLink: the messages of the vehicle, not of the ground station.
-
-    Raises `InputError` if it holds no messages of a vehicle.
-    """
+    """Read a telemetry log of MAVLink, the messages of the vehicle; raises `InputError`."""
     return read_recording(path, shown_as, "ardupilot_tlog", "ArduPilot", _tables_of_tlog)
 
 

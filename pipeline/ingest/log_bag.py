@@ -1,9 +1,8 @@
 """Bags of ROS, read as MCAP is: ``*.bag`` (ROS 1, by rosbags), ``*.db3`` (ROS 2), their folders.
 
-Their messages are what MCAP holds too, so they become the same blocks of bytes: numbers are
-gathered from them at once, and nothing is converted. The folder of a bag of ROS 2 has a
-``metadata.yaml`` and parts, ``.db3`` or ``.mcap``, perhaps compressed each as a whole
-(``.db3.zstd``), which are read one after the other; together they are one log.
+Their messages become the same blocks of bytes, and nothing is converted. The folder of a bag of ROS
+2 has a ``metadata.yaml`` and parts, ``.db3`` or ``.mcap``, perhaps compressed each as a whole
+(``.db3.zstd``); together they are one log.
 """
 
 import shutil

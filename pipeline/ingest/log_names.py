@@ -47,10 +47,7 @@ def is_log_anywhere(name: str) -> bool:
 
 
 def logs_of(folder: Path) -> list[Path]:
-    """Return the logs in a folder, sorted; none where there is no such folder.
-
-    Tables count in ``pool/`` alone.
-    """
+    """Return the logs in a folder, sorted; tables count in ``pool/`` alone."""
     if (folder / BAG_FILE).is_file() and folder.absolute().name != _POOL:
         return [folder / BAG_FILE]
     found = folder.iterdir() if folder.is_dir() else ()
@@ -60,10 +57,7 @@ def logs_of(folder: Path) -> list[Path]:
 
 
 def log_beside(notes: Path, files: Iterable[Path] | None = None) -> Path | None:
-    """Return the log that a file of notes belongs to: of the same name, in the same folder.
-
-    `files` is what lies in the folder, where the caller has looked already.
-    """
+    """Return the log of the same name as a file of notes, among `files` or those beside it."""
     there = logs_of(notes.parent) if files is None else files
     fits = (path for path in there if is_log_name(path.name) and run_of(path) == notes.stem)
     return next(fits, None)

@@ -191,10 +191,9 @@ def read_recording(
     of: str,
     tables_of: Callable[[Path, LogFacts], Mapping[str, TopicTable]],
 ) -> TableLog:
-    """Read a recording by its library; whatever that makes of damaged bytes becomes an error.
+    """Read a recording by its library; whatever that makes of damaged bytes is an `InputError`.
 
-    `usual` is its map in ``recorders.toml``, `of` whose log it is, and `tables_of` gives its tables
-    by topic. Raises `InputError`.
+    `usual` is its map in ``recorders.toml``, `of` whose log it is; `tables_of` gives its tables.
     """
     place = Place(shown_as)
     is_px4 = of == "PX4"
@@ -226,10 +225,7 @@ LogSource = MessageLog | TableLog
 
 
 def open_log(path: Path, shown_as: str) -> LogSource:
-    """Open a log; the ending of its name tells the format, MCAP for any that is not known.
-
-    Raises `InputError` if it cannot be opened, or is not what its name says.
-    """
+    """Open a log by the ending of its name, MCAP for any that is not known; raises `InputError`."""
     match BAG_FILE if path.name == BAG_FILE else path.suffix.lower():
         case ".bag" | ".db3" as ending:
             from pipeline.ingest.log_bag import Ros1Bag, Ros2Database

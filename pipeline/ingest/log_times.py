@@ -1,8 +1,7 @@
 """Times of a log that are none: all alike, in another unit, or of a clock that was not yet set.
 
-The stamps in the messages tell it: a recorder whose clock was set names a time of this century,
-and its second is as long as that of the sensors. What is mended is told; where the stamps cannot
-tell what the time was, the log is refused.
+The stamps in the messages tell it. What is mended is told; where the stamps cannot tell what the
+time was, the log is refused.
 """
 
 from collections.abc import Mapping

@@ -1,8 +1,7 @@
 """A chunk of an MCAP file: its bytes unpacked, and where in them the messages are.
 
 The message index says it at once; it is believed only if together with the other records it covers
-the chunk without a rest, so that an index that leaves messages out is found. Without an index the
-records are walked one by one.
+the chunk without a rest. Without an index the records are walked one by one.
 """
 
 import zlib
@@ -28,10 +27,7 @@ class BrokenChunkError(ValueError):
 
 @dataclass(frozen=True)
 class Messages:
-    """Messages of one channel in a block, in the order of the file.
-
-    `log_time_ns` (k,); `start`, `size` (k,): where their data are in the block's bytes.
-    """
+    """Messages of one channel (k,) in the order of the file, and where their data stand."""
 
     log_time_ns: IntArray
     start: IntArray
@@ -54,8 +50,7 @@ def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
     """Decompress the records of a chunk, or as many bytes of them as there are.
 
     Where the file is `cut` inside of it, it is unpacked as far as it goes, without the checksum.
-    Raises `BrokenChunkError` where the content is larger than stated or allowed, cannot be
-    decompressed, has another checksum than stated, or the compression is unknown.
+    Raises `BrokenChunkError`.
     """
     if head.uncompressed_size > mcap.MAX_CHUNK_BYTES:
         raise BrokenChunkError(
@@ -112,8 +107,7 @@ def _parts(compression: str, packed: bytes, most: int) -> Iterator[bytes]:
 def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock | None:
     """Find the messages of a chunk by its index: channel -> offsets of the messages' records (k,).
 
-    None where the index does not agree with the records: a message elsewhere than stated, of
-    another channel, overlapping another, or one that the index leaves out.
+    None where the index does not agree with the records.
     """
     buffer = np.frombuffer(data, np.uint8)
     messages: dict[int, Messages] = {}
@@ -182,10 +176,7 @@ def at_every_byte(buffer: Bytes, kind: np.dtype[np.generic]) -> npt.NDArray[np.g
 
 
 def walk(data: bytes) -> ChunkBlock:
-    """Find the messages of unpacked records by walking them.
-
-    What cannot be read ends the walk; `fault` then says what it was.
-    """
+    """Find the messages of unpacked records by walking them, up to a `fault`."""
     found: dict[int, list[tuple[int, int, int]]] = {}
     schemas: list[mcap.SchemaRecord] = []
     channels: list[mcap.ChannelRecord] = []

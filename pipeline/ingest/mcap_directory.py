@@ -100,11 +100,7 @@ class Directory:
 
 
 def check_start(start: bytes, size: int, place: Place) -> None:
-    """Check the first bytes of a file of `size` bytes.
-
-    Raises `InputError` if it is empty, something else than MCAP, or ends before anything was
-    written to it.
-    """
+    """Check the first bytes of a file of `size` bytes; raises `InputError` if it is no log."""
     remedy = "Copy the log from the vehicle again."
     expected = "an MCAP file, which begins with 89 4D 43 41 50 30 0D 0A."
     if size == 0:

@@ -1,9 +1,8 @@
 """An MCAP file on disk: what is in it, and its messages block by block in bounded memory.
 
-The file is read forwards, chunk after chunk, so that one that was cut off or has no index is read
-as far as it goes. The summary at its end, where there is one, saves a first pass that collects
-the topics; the message index saves walking the records of a chunk and unpacking those that hold
-nothing wanted.
+It is read forwards, so that one that was cut off or has no index is read as far as it goes. The
+summary at its end saves a first pass that collects the topics; the message index saves walking the
+records of a chunk and unpacking those that hold nothing wanted.
 """
 
 import io
@@ -31,10 +30,7 @@ class McapFile(MessageLog):
     """A log on disk."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
-        """Look at both ends of the file.
-
-        Raises `InputError` if it cannot be opened or is no MCAP file.
-        """
+        """Look at both ends; raises `InputError` if it cannot be opened or is no MCAP file."""
         super().__init__(path, shown_as)
         self._end = 0
         self._at = 0
@@ -48,15 +44,9 @@ class McapFile(MessageLog):
             self._scan()
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
-        """Yield the messages of some channels in the order of the file.
-
-        Chunks whose index names none of them are passed over; a block may hold messages of others,
-        too.
-        """
+        """Yield the messages of some channels, perhaps with others, in the order of the file."""
         with self._open() as stream:
             yield from self._blocks(stream, wanted)
-
-    # ------------------------------------------------------------------ opening
 
     def _open(self) -> BinaryIO:
         try:
@@ -102,8 +92,6 @@ class McapFile(MessageLog):
                 f"{lost} messages belong to topics that are not described before them; left out."
             )
 
-    # ------------------------------------------------------------------ reading
-
     def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[ChunkBlock]:
         """Walk the top level of the file; `wanted` None takes everything."""
         self._at = len(mcap.MAGIC)
@@ -130,10 +118,7 @@ class McapFile(MessageLog):
             self.cut(self.read_bytes)
 
     def _records(self, stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
-        """Yield opcode, place of the content and its length, up to the end of the data.
-
-        The next record is looked for at `_at`, which a reader of chunks moves behind their index.
-        """
+        """Yield opcode, place of the content and its length; `_at` is where the next one begins."""
         while self._at < self._end:
             stream.seek(self._at)
             head = stream.read(mcap.RECORD_HEAD.size)

@@ -1,17 +1,10 @@
 """Numbers of many messages of ROS at once: gathered from the bytes where they have their place.
 
-Where a number stands in a message in CDR (ROS 2) or of ROS 1 is settled by its definition and by
-the lengths of the strings and sequences before it. So the layout is worked out on one message,
-together with the places of all those lengths; every message in which they are the same has that
-layout, and its numbers are gathered with one NumPy index each. What is left over gets a layout of
-its own.
-
-Plain CDR (versions 1 and 2), both byte orders. Alignment counts from the end of the four bytes
-that say which it is; version 2 aligns 8-byte numbers to 4.
-
-References
-----------
-OMG, DDS-XTYPES 1.3, section 7.4; wiki.ros.org/msg, "Serialization".
+Where a number stands in CDR (ROS 2) or a message of ROS 1 is settled by its definition and by the
+lengths of the strings and sequences before it. So the layout is worked out on one message; every
+message with the same lengths in the same places has it, and its numbers are gathered with one NumPy
+index each. Plain CDR, versions 1 and 2, both byte orders: OMG, DDS-XTYPES 1.3, section 7.4. Of ROS
+1: wiki.ros.org/msg, "Serialization".
 """
 
 from dataclasses import dataclass, field
@@ -80,10 +73,7 @@ class Layout:
 
 
 def layout_of(definition: Definition, message: bytes | memoryview) -> Layout:
-    """Work out the layout of a message.
-
-    Raises `BrokenMessageError` if the bytes end too early or announce more than there is.
-    """
+    """Work out the layout of a message; raises `BrokenMessageError`."""
     return _Walk(definition, message, with_values=False).layout
 
 
@@ -200,10 +190,7 @@ class Layouts:
     def groups(
         self, buffer: Bytes, start: IntArray, size: IntArray
     ) -> tuple[list[tuple[IntArray, Layout]], dict[int, str]]:
-        """Sort messages by layout; start and size (k,) say where they stand in a block.
-
-        Returns the rows of each layout, and why others, by their row, cannot be read.
-        """
+        """Return the rows (of k messages) of each layout, and why others cannot be read, by row."""
         groups: list[tuple[IntArray, Layout]] = []
         broken: dict[int, str] = {}
         same_size = size.size > 0 and bool((size == size[0]).all())

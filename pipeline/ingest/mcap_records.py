@@ -1,11 +1,8 @@
 """The records of an MCAP file, parsed one by one from bytes that nobody vouches for.
 
 A record is an opcode (1 byte), a length (8 bytes, little endian) and that many bytes of content,
-which the library of MCAP parses. Every length is checked against what is there before it is used.
-
-References
-----------
-MCAP specification, version 0, https://mcap.dev/spec.
+which the library of MCAP parses (https://mcap.dev/spec, version 0). Every length is checked against
+what is there before it is used.
 """
 
 import struct

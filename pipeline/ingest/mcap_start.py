@@ -27,11 +27,9 @@ _FARTHEST_WEST, _FARTHEST_EAST = timedelta(hours=-12), timedelta(hours=14)
 def log_start_ns(path: Path) -> int | None:
     """Return the log time of the first message or chunk, None when there is none to be found.
 
-    A time before 2000 is of a clock that nobody had set: then the end of the first chunk, or what
-    the summary says of the last message, may be of this century, and so may the time in the unit
-    that its writer meant.
-
-    In nanoseconds since 1970. The file may be cut off, or something else altogether.
+    [ns since 1970]. A time before 2000 is of a clock that nobody had set: then the end of the first
+    chunk, or what the summary says of the last message, may be of this century, and so may the time
+    in the unit that its writer meant. The file may be cut off, or something else altogether.
     """
     ending = BAG_FILE if path.name == BAG_FILE else path.suffix.lower()
     if ending in _FIRST_TIME:

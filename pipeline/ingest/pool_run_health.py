@@ -1,7 +1,6 @@
 """What is wrong with single readings of a channel: found and marked, nothing is changed.
 
-Each mark is an array with one entry a reading; `pipeline.records.run_arrays.MARKS` says what they
-mean.
+`pipeline.records.run_arrays.MARKS` says what the marks mean.
 """
 
 from dataclasses import dataclass
@@ -226,11 +225,7 @@ def _at_the_end(values: FloatArray) -> BoolArray:
 
 
 def _spikes(column: FloatArray) -> BoolArray:
-    """Single readings far from both neighbours, which agree.
-
-    Far is against the usual distance of a reading from the middle of its neighbours, and against
-    the step in which the sensor counts.
-    """
+    """Single readings far from both neighbours, which agree, by the noise and the sensor's step."""
     found = np.zeros(column.size, np.bool_)
     middle = column[1:-1] - 0.5 * (column[:-2] + column[2:])
     finite = np.isfinite(middle)

@@ -1,12 +1,10 @@
 """How a velocity was meant: which reading of it follows best what moves the vehicle.
 
-One score compares all readings: the share of the velocity that a reference leaves unexplained. A
-reference is the rate of position in body axes, the acceleration that the IMU feels, with which the
-changes of a velocity are compared, or the push of the thrusters, which a vehicle follows with a
-lag; its third component is the rate of depth where there is one. Each axis has a
-gain of its own, which is not negative. Readings are the velocity as it is, with other axes, over
-the earth, turned about the vertical, speeds along the beams of a DVL, and thrusters that are
-swapped or reversed.
+One score compares all readings: the share of the velocity that a reference leaves unexplained, the
+rate of position in body axes, the acceleration that the IMU feels, or the push of the thrusters,
+which a vehicle follows with a lag, with the rate of depth. Readings are the velocity as it is, with
+other axes, over the earth, turned about the vertical, speeds along the beams of a DVL, and
+thrusters that are swapped or reversed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -111,10 +109,7 @@ def over_earth(velocity: FloatArray, table: RunTable) -> FloatArray:
 def meant_otherwise(
     run: PoolRun, table: RunTable, readings: Sequence[Reading], vehicle: Vehicle
 ) -> str:
-    """Say by which readings a velocity would plainly be better explained; nothing if by none.
-
-    The first of `readings` is the velocity as it was read.
-    """
+    """Say by which readings (the first as it was read) a velocity would plainly be explained."""
     values = table.values
     rows = table.valid["velocity"] & table.valid.get("attitude", table.valid["velocity"])
     rows &= np.linalg.norm(readings[0].velocity, axis=1) > _UNDER_WAY_MPS
@@ -142,10 +137,7 @@ def meant_otherwise(
 def over_the_earth(
     run: PoolRun, table: RunTable, readings: Sequence[Reading], other: RunChannel
 ) -> str:
-    """Say how a velocity is over the earth that is said to be of the body.
-
-    Turned by the attitude it is the velocity of another topic.
-    """
+    """Say how a velocity of the body is over the earth, as that of another topic has it."""
     if "attitude" not in table.values:
         return ""
     theirs = resample(replace(run, channels={"velocity": other}), TABLE_HZ, off_rows=False)

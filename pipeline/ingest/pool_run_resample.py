@@ -26,10 +26,7 @@ _TURNED = ("velocity_earth", "attitude")
 def _place_on(
     channel: RunChannel, source_s: FloatArray, readings: FloatArray, time_s: FloatArray
 ) -> FloatArray:
-    """Interpolate readings (k, n) of a channel at times (m,) [s], or hold them.
-
-    Not a number where nothing is known.
-    """
+    """Interpolate readings (k, n) at times (m,) [s], or hold them; nan where nothing is known."""
     values = np.full((time_s.size, readings.shape[1]), np.nan)
     if not source_s.size:
         return values
@@ -76,10 +73,7 @@ def kept_readings(channel: RunChannel, begin_ns: int) -> tuple[FloatArray, Float
 
 
 def _longest_hold(channel: RunChannel) -> float:
-    """Say how far apart two readings may be for a value between them, in seconds.
-
-    Commands that are sent on change hold for any time.
-    """
+    """Say how far apart two readings may be for a value between them [s]."""
     if not channel.is_regular or not np.isfinite(channel.period_s):
         return float("inf") if channel.holds else max(1.0, 5.0 * channel.period_s)
     if channel.holds:
@@ -177,10 +171,7 @@ def resample(
 
 
 def on_one_base(run: PoolRun) -> RunTable:
-    """Resample all quantities that are compared with each other.
-
-    Raises `CannotComputeError` where the times of the run make no such table.
-    """
+    """Resample what is compared; raises `CannotComputeError` where times make no such table."""
     rows = TABLE_HZ * run.duration_s
     if rows > _MOST_COMPARED:
         raise CannotComputeError(f"a table of {rows:.0f} rows is too long")

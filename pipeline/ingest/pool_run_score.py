@@ -1,10 +1,9 @@
 """How well what may cause a motion explains it, however either of them is read.
 
-One score serves all comparisons: the share of a motion (velocity, angular acceleration) that its
-causes leave unexplained. A motion may be read in other axes, by a matrix; causes, such as the
-efforts of thrusters, act by arms, which may be exchanged. Each axis has a gain of its own, which is
-not negative. Sums of products are all that the score needs, so that any number of readings costs
-next to nothing.
+The score is the share of a motion (velocity, angular acceleration) that its causes leave
+unexplained. A motion may be read in other axes, by a matrix; causes, such as the efforts of
+thrusters, act by arms, which may be exchanged; each axis has a gain of its own, which is not
+negative. Sums of products are all it needs, so that any number of readings costs next to nothing.
 """
 
 from collections.abc import Iterator, Sequence

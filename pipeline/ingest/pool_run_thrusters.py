@@ -73,10 +73,9 @@ class _Turning:
 def thrusters_against_rates(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator[Problem]:
     """Compare angular accelerations with the moments that the vehicle file promises.
 
-    For each axis: acceleration = gain x moment of the commands + what other causes explain, with
-    the moment arms of the vehicle file. If exchanging two thrusters, turning one round, or rates
-    in other axes explain the accelerations plainly better, in the whole run and in both halves of
-    it, that is told; or that commands are late.
+    For each axis: acceleration = gain x moment of the commands + what other causes explain. If
+    exchanging two thrusters, turning one round, or rates in other axes explain the accelerations
+    plainly better, in the whole run and in both halves of it, that is told; or late commands.
     """
     found = _turning_of(run, table)
     stated = {thruster.name: thruster for thruster in vehicle.thrusters}

@@ -88,9 +88,8 @@ class RunCommands:
 def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunCommands:
     """Read the commands of a log and the state to start from.
 
-    Where the log holds the true motion of a simulation, the first message of it is the start;
-    otherwise what was measured next to the first command. Raises `InputError` if the file is no
-    log, or holds no commands that can be read.
+    The start is the true motion of a simulation where the log holds it, else what was measured next
+    to the first command. Raises `InputError` if the file is no log, or holds no commands.
     """
     run = read_pool_run(path, vehicle, raw_root)
     said = [str(one) for one in run.problems if one.severity != "note"]
@@ -105,10 +104,7 @@ def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunComman
 
 
 def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:
-    """Take the commands out of a run that was read; `notes` say how the start was found.
-
-    Raises `InputError` if the run has fewer than two commands.
-    """
+    """Take the commands out of a run; raises `InputError` if it has fewer than two of them."""
     channels = [one for one in run.channels.values() if one.quantity == _COMMAND]
     # asked thruster by thruster: a command that jumps or is zero is a command
     parts = [
