@@ -22,8 +22,8 @@ from pipeline.design.propeller_design import design_propeller, drive_limit, torq
 from pipeline.design.propeller_input import DriveOfVehicle, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import DriveLimit
 from pipeline.design.tether_design import design_tether
+from pipeline.design.tether_held import HeldVehicle
 from pipeline.design.tether_input import TetherInput
-from pipeline.design.tether_thrusters import HeldVehicle
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle

@@ -59,11 +59,13 @@ def control_forces(
     return drag * c - up * s, -drag * s - up * c
 
 
-def moment_left_nm(hull: Hull, condition: Condition, alpha_rad: ArrayLike) -> FloatArray:
-    """Pitching moment that is left over, nose up. [N m]."""
+def moment_left_nm(
+    hull: Hull, condition: Condition, alpha_rad: ArrayLike, without_nm: float = 0.0
+) -> FloatArray:
+    """Pitching moment that is left over, nose up, less a constant one. [N m]."""
     _, _, moment = hull.forces(condition.speed_mps, alpha_rad)
     _, vertical = control_forces(hull, condition, alpha_rad)
-    restoring = hull.restoring_nm(condition.residual_buoyancy_n, alpha_rad)
+    restoring = hull.restoring_nm(condition.residual_buoyancy_n, alpha_rad) - without_nm
     return np.asarray(restoring + moment - vertical * condition.pitch_arm_m)
 
 
@@ -108,7 +110,7 @@ def exact_balance(hull: Hull, condition: Condition) -> Balance:
         When no angle of attack up to 30 deg balances force and moment; the text gives the largest
         buoyancy of that sign that can be carried at this speed.
     """
-    alpha = _root(hull, condition)
+    alpha = balanced_angle_rad(hull, condition)
     if alpha is None:
         raise CannotComputeError(_not_carried(hull, condition))
     surge, vertical = control_forces(hull, condition, alpha)
@@ -116,16 +118,17 @@ def exact_balance(hull: Hull, condition: Condition) -> Balance:
     return Balance(alpha, surge_n, vertical_n, thruster_loads(surge_n, vertical_n, condition))
 
 
-def _root(hull: Hull, condition: Condition) -> float | None:
+def balanced_angle_rad(hull: Hull, condition: Condition, without_nm: float = 0.0) -> float | None:
+    """Angle of attack nearest to zero that balances, up to 30 deg, without a constant moment."""
     grid = np.linspace(-LARGEST_ALPHA_RAD, LARGEST_ALPHA_RAD, 121)
-    left = moment_left_nm(hull, condition, grid)
+    left = moment_left_nm(hull, condition, grid, without_nm)
     crossings = np.flatnonzero(left[:-1] * left[1:] <= 0.0)
     if not crossings.size:
         return None
     at = int(crossings[np.argmin(np.abs(grid[crossings] + grid[crossings + 1]))])
     return float(
         brentq(
-            lambda a: float(moment_left_nm(hull, condition, a)),
+            lambda a: float(moment_left_nm(hull, condition, a, without_nm)),
             grid[at],
             grid[at + 1],
             xtol=1e-13,
@@ -136,7 +139,7 @@ def _root(hull: Hull, condition: Condition) -> float | None:
 def _not_carried(hull: Hull, condition: Condition) -> str:
     """Say how much buoyancy can be carried at this speed, by halving; or why not even none can."""
     neutral = replace(condition, residual_buoyancy_n=0.0)
-    if _root(hull, neutral) is None:
+    if balanced_angle_rad(hull, neutral) is None:
         moment = constant_moment_nm(hull, neutral)
         return (
             f"A residual buoyancy of {condition.residual_buoyancy_n:g} N cannot be carried at "
@@ -149,7 +152,8 @@ def _not_carried(hull: Hull, condition: Condition) -> str:
     for _ in range(40):
         middle = 0.5 * (low + high)
         tried = replace(condition, residual_buoyancy_n=middle)
-        low, high = (low, middle) if _root(hull, tried) is None else (middle, high)
+        held = balanced_angle_rad(hull, tried) is not None
+        low, high = (middle, high) if held else (low, middle)
     return (
         f"A residual buoyancy of {condition.residual_buoyancy_n:g} N cannot be carried at "
         f"{condition.speed_mps:g} m/s with an angle of attack up to "
@@ -228,8 +232,3 @@ def constant_moment_nm(hull: Hull, condition: Condition) -> float:
     """Moment at zero angle of attack, nose up, of which (7) knows nothing. [N m]."""
     _, _, moment = hull.forces(condition.speed_mps, 0.0)
     return float(moment + hull.restoring_nm(condition.residual_buoyancy_n, 0.0))
-
-
-def surge_of_first_line(linear: Slopes, small: Balance) -> float:
-    """Surge force by the first line of (6), T_x = R_0 + T_y alpha. [N]."""
-    return linear.drag_n + small.vertical_n * small.alpha_rad

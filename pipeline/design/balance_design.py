@@ -7,19 +7,19 @@ from pipeline.design.balance import (
     Balance,
     Condition,
     Slopes,
+    balanced_angle_rad,
     constant_moment_nm,
     exact_balance,
     inflows_mps,
     slopes,
     small_angle_balance,
-    surge_of_first_line,
     thruster_loads,
 )
 from pipeline.design.balance_envelope import envelope, saturation_points
-from pipeline.design.balance_hull import BodyHull, Hull, PolarHull, WithoutMoment
+from pipeline.design.balance_hull import BodyHull, Hull, PolarHull
 from pipeline.design.balance_input import BalanceInput
 from pipeline.design.balance_limits import BalanceLimits, StatedLimits, TableLimits
-from pipeline.design.printed import compare, unknown_quantities
+from pipeline.design.printed import compare
 from pipeline.errors import CannotComputeError
 from pipeline.records.design import (
     BalanceDesign,
@@ -154,7 +154,7 @@ def design_balance(
             *judged,
             *apart,
             *_warnings(found, limits, one),
-            *unknown_quantities(unknown, quantities),
+            *unknown,
         ),
     )
 
@@ -187,10 +187,8 @@ def _small_angle(
     if apart <= max(0.1 * abs(float(np.degrees(exact.alpha_rad))), 0.1):
         return small, ()
     moment = constant_moment_nm(hull, condition)
-    try:
-        free_rad = exact_balance(WithoutMoment(hull, moment), condition).alpha_rad
-    except CannotComputeError:
-        free_rad = exact.alpha_rad
+    free_rad = balanced_angle_rad(hull, condition, moment)
+    free_rad = exact.alpha_rad if free_rad is None else free_rad
     # without that moment both forms come together: so it is what parts them
     if abs(small.alpha_rad - free_rad) < 0.5 * apart_rad:
         text = (
@@ -239,7 +237,12 @@ def _readings(
     if small is not None:
         rows = [
             ("(8) as printed", small.surge_n, small.vertical_n),
-            ("first line of (6)", surge_of_first_line(linear, small), small.vertical_n),
+            # T_x = R_0 + T_y alpha
+            (
+                "first line of (6)",
+                linear.drag_n + small.vertical_n * small.alpha_rad,
+                small.vertical_n,
+            ),
         ]
     if one.published is not None:
         stated = {value.quantity: value.value for value in one.published.values}

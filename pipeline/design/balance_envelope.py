@@ -43,32 +43,23 @@ def saturation_points(
     if not limits.kind:
         return ()
     spans = one.envelope
-    vary: tuple[tuple[str, str, float, float, Callable[[float], Condition]], ...] = (
-        (
-            "speed",
-            "m/s",
-            spans.speed_mps.first,
-            spans.speed_mps.last,
-            lambda x: replace(condition, speed_mps=x),
-        ),
-        (
-            "residual buoyancy, lighter",
-            "N",
-            max(spans.residual_buoyancy_n.first, 0.0),
-            max(spans.residual_buoyancy_n.last, 0.0),
-            lambda x: replace(condition, residual_buoyancy_n=x),
-        ),
-        (
-            "residual buoyancy, heavier",
-            "N",
-            min(spans.residual_buoyancy_n.last, 0.0),
-            min(spans.residual_buoyancy_n.first, 0.0),
-            lambda x: replace(condition, residual_buoyancy_n=x),
-        ),
+
+    def at_speed(x: float) -> tuple[float, str, float, Balance]:
+        return _worst(hull, replace(condition, speed_mps=x), limits)
+
+    def at_buoyancy(x: float) -> tuple[float, str, float, Balance]:
+        return _worst(hull, replace(condition, residual_buoyancy_n=x), limits)
+
+    speed, buoyancy = spans.speed_mps, spans.residual_buoyancy_n
+    least, most = buoyancy.first, buoyancy.last
+    vary = (
+        ("speed", "m/s", speed.first, speed.last, at_speed),
+        ("residual buoyancy, lighter", "N", max(least, 0.0), max(most, 0.0), at_buoyancy),
+        ("residual buoyancy, heavier", "N", min(most, 0.0), min(least, 0.0), at_buoyancy),
     )
     return tuple(
-        _first(name, unit, start, end, lambda x, at=at: _worst(hull, at(x), limits))  # type: ignore[misc]  # defaults of a lambda have no type
-        for name, unit, start, end, at in vary
+        _first(name, unit, start, end, worst)
+        for name, unit, start, end, worst in vary
         if start != end
     )
 
@@ -82,11 +73,8 @@ def _first(
 ) -> Saturation:
     """Find the first value between start and end at which a thruster has nothing left."""
 
-    def over(x: float) -> float:
-        try:
-            return worst(x)[0] - 1.0
-        except CannotComputeError:
-            return 1.0
+    def none(text: str) -> Saturation:
+        return Saturation(quantity=name, unit=unit, value=None, text=text)
 
     def balances(x: float) -> bool:
         try:
@@ -95,37 +83,28 @@ def _first(
             return False
         return True
 
+    def over(x: float) -> float:
+        return worst(x)[0] - 1.0 if balances(x) else 1.0
+
     grid = np.linspace(start, end, 25)
     values = np.array([over(float(x)) for x in grid])
     # at a crawl no hull lifts: the search begins where the vehicle can hold itself at all
     held = np.flatnonzero(values <= 0)
     if not held.size:
         if any(balances(float(x)) for x in grid):
-            text = f"{name}: a thruster is beyond its limit from {start:g} to {end:g} {unit}."
-        else:
-            text = f"{name}: no angle of attack balances from {start:g} to {end:g} {unit}."
-        return Saturation(quantity=name, unit=unit, value=None, text=text)
+            return none(f"{name}: a thruster is beyond its limit from {start:g} to {end:g} {unit}.")
+        return none(f"{name}: no angle of attack balances from {start:g} to {end:g} {unit}.")
     beyond = np.flatnonzero(values[held[0] :] > 0)
     if not beyond.size:
-        return Saturation(
-            quantity=name,
-            unit=unit,
-            value=None,
-            text=f"{name}: no thruster comes to its limit up to {end:g} {unit}.",
-        )
+        return none(f"{name}: no thruster comes to its limit up to {end:g} {unit}.")
     i = int(held[0] + beyond[0])
     first, last = float(grid[i - 1]), float(grid[i])
     if not balances(last):
         last = _last_balanced(balances, first, last)
         if over(last) <= 0.0:
-            return Saturation(
-                quantity=name,
-                unit=unit,
-                value=None,
-                text=(
-                    f"{name}: no thruster comes to its limit up to {last:.3g} {unit}; beyond, "
-                    "no angle of attack balances force and moment."
-                ),
+            return none(
+                f"{name}: no thruster comes to its limit up to {last:.3g} {unit}; beyond, "
+                "no angle of attack balances force and moment."
             )
     value = float(brentq(over, first, last, xtol=1e-6 * max(abs(start), abs(end))))
     thruster = worst(first + 0.999999 * (value - first))[1]

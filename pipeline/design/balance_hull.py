@@ -5,25 +5,13 @@ up, moment positive nose up.
 """
 
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
 from pipeline.design.balance_input import BalanceHullInput
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.model_schema import Model
-
-
-class Hull(Protocol):
-    """What the balance asks of a hull."""
-
-    def forces(self, speed_mps: float, alpha_rad: ArrayLike) -> tuple[FloatArray, ...]:
-        """R_x [N], R_y [N] and the moment of the water [N m]."""
-        ...
-
-    def restoring_nm(self, buoyancy_n: float, alpha_rad: ArrayLike) -> FloatArray:
-        """Moment of weight and buoyancy at a residual buoyancy [N m]."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -136,17 +124,4 @@ class BodyHull:
         return np.asarray(-below * np.sin(alpha_rad) - along * np.cos(alpha_rad))
 
 
-@dataclass(frozen=True)
-class WithoutMoment:
-    """A hull less a moment that acts whatever the angle of attack. [N m]."""
-
-    hull: Hull
-    moment_nm: float
-
-    def forces(self, speed_mps: float, alpha_rad: ArrayLike) -> tuple[FloatArray, ...]:
-        """R_x [N], R_y [N] and the moment of the water [N m]."""
-        return self.hull.forces(speed_mps, alpha_rad)
-
-    def restoring_nm(self, buoyancy_n: float, alpha_rad: ArrayLike) -> FloatArray:
-        """Moment of weight and buoyancy, less the constant one [N m]."""
-        return self.hull.restoring_nm(buoyancy_n, alpha_rad) - self.moment_nm
+Hull = PolarHull | BodyHull

@@ -1,7 +1,6 @@
 """What a thruster can give at a speed of inflow, and how much of it a load takes."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -17,25 +16,6 @@ from pipeline.types import FloatArray
 MOST_USE = 1e3
 
 
-class BalanceLimits(Protocol):
-    """How loads are judged."""
-
-    @property
-    def kind(self) -> str:
-        """What limits, in words; empty: nothing is stated."""
-        ...
-
-    def use(self, thrust_n: float, inflow_mps: float, speed_mps: float) -> float | None:
-        """Share of what the thruster can give; above 1 it saturates. None: nothing is stated."""
-        ...
-
-    def load(
-        self, thruster: str, thrust_n: float, inflow_mps: float, speed_mps: float
-    ) -> ThrusterLoad:
-        """Everything that is known of a load."""
-        ...
-
-
 @dataclass(frozen=True)
 class StatedLimits:
     """Limits from the file: thrust, or shaft power by eq. (10), N = F V / eta."""
@@ -44,7 +24,7 @@ class StatedLimits:
 
     @property
     def kind(self) -> str:
-        """What limits, in words."""
+        """What limits, in words; empty: nothing is stated."""
         parts = []
         if self.stated.thrust_max_n is not None:
             parts.append(f"{self.stated.thrust_max_n:g} N of thrust")
@@ -65,7 +45,7 @@ class StatedLimits:
         return min(limits) if limits else None
 
     def use(self, thrust_n: float, inflow_mps: float, speed_mps: float) -> float | None:
-        """Share of the stated limit."""
+        """Share of the stated limit, above 1 it saturates; None where none is stated."""
         del inflow_mps
         limit = self.limit_n(speed_mps)
         return None if limit is None else abs(thrust_n) / limit
@@ -98,20 +78,6 @@ class TableLimits:
     code_min: float
     """Largest code backwards, not above 0; 0 where the drive does not turn backwards."""
     vehicle: str
-
-    @classmethod
-    def of_record(
-        cls, static: StaticCharacteristic, code_max: float, code_min: float, vehicle: str
-    ) -> "TableLimits":
-        """Take the family out of the record."""
-        return cls(
-            RealThruster.from_record(static),
-            np.array(static.shaft_speed_rpm),
-            np.array(static.torque_nm),
-            code_max,
-            code_min,
-            vehicle,
-        )
 
     @property
     def kind(self) -> str:
@@ -186,6 +152,9 @@ class TableLimits:
         return float(look([point])[0])
 
 
+BalanceLimits = StatedLimits | TableLimits
+
+
 def table_limits(
     static: StaticCharacteristic | None, code_max: float, code_min: float, vehicle: str
 ) -> TableLimits | None:
@@ -200,4 +169,11 @@ def table_limits(
         return None
     if not static.speed_mps:
         raise CannotComputeError(f"the static family of {vehicle} has no speeds")
-    return TableLimits.of_record(static, code_max, code_min, vehicle)
+    return TableLimits(
+        RealThruster.from_record(static),
+        np.array(static.shaft_speed_rpm),
+        np.array(static.torque_nm),
+        code_max,
+        code_min,
+        vehicle,
+    )

@@ -1,6 +1,6 @@
 """Printed numbers beside ours: what the author rounded to, and why a difference is larger."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated
 
 from pydantic import Field
@@ -57,8 +57,8 @@ def compare(
     -------
     printed : tuple of Printed
         In the order of the file.
-    unknown : tuple of str
-        Quantities that this calculation does not have.
+    warnings : tuple of str
+        Of quantities that this calculation does not have.
     """
     if published is None:
         return (), ()
@@ -80,11 +80,7 @@ def compare(
                 reason=one.reason,
             )
         )
-    return tuple(rows), tuple(unknown)
-
-
-def unknown_quantities(unknown: Sequence[str], known: Mapping[str, object]) -> tuple[str, ...]:
-    """Warn of printed quantities that there is nothing to compare with."""
-    if not unknown:
-        return ()
-    return (f"published: {', '.join(unknown)} cannot be compared; there are {', '.join(known)}.",)
+    warning = (
+        f"published: {', '.join(unknown)} cannot be compared; there are {', '.join(computed)}."
+    )
+    return tuple(rows), (warning,) if unknown else ()

@@ -13,10 +13,9 @@ ch. 12:
 with the projected area :math:`A_P = A_E (1.067 - 0.229 P/D)`.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from pipeline.design.propeller_input import WaterInput
 from pipeline.design.propeller_series import Geometry
 from pipeline.types import ArrayLike, FloatArray
 
@@ -25,34 +24,23 @@ ATMOSPHERE_PA = 101325.0
 LARGEST_SIGMA = 2.0
 
 
-@dataclass(frozen=True)
-class CavitationWater:
-    """Density [kg/m^3], gravity [m/s^2], depth of the shaft [m], vapour pressure [Pa]."""
-
-    density_kgpm3: float
-    gravity_mps2: float
-    shaft_depth_m: float
-    vapour_pressure_pa: float
-    viscosity_m2ps: float
-
-    @property
-    def pressure_over_vapour_pa(self) -> float:
-        """p_0 - p_v at the shaft. [Pa]."""
-        head = self.density_kgpm3 * self.gravity_mps2 * self.shaft_depth_m
-        return ATMOSPHERE_PA + head - self.vapour_pressure_pa
+def pressure_over_vapour_pa(water: WaterInput) -> float:
+    """p_0 - p_v at the shaft. [Pa]."""
+    head = water.density_kgpm3 * water.gravity_mps2 * water.shaft_depth_m
+    return ATMOSPHERE_PA + head - water.vapour_pressure_pa
 
 
 def keller_area_ratio(
-    thrust_n: ArrayLike, one: Geometry, water: CavitationWater, margin: float = 0.2
+    thrust_n: ArrayLike, one: Geometry, water: WaterInput, margin: float = 0.2
 ) -> FloatArray:
     """Least expanded area ratio by Keller's formula. [-].
 
-    >>> sea = CavitationWater(1025.0, 9.81, 3.0, 1700.0, 1.2e-6)
+    >>> sea = WaterInput(density_kgpm3=1025.0, shaft_depth_m=3.0, vapour_pressure_pa=1700.0)
     >>> round(float(keller_area_ratio(150e3, Geometry(4, 3.0, 1.0, 0.5), sea)), 3)
     0.521
     """
     thrust = np.asarray(thrust_n, float)
-    per = water.pressure_over_vapour_pa * np.asarray(one.diameter_m) ** 2
+    per = pressure_over_vapour_pa(water) * np.asarray(one.diameter_m) ** 2
     return np.asarray((1.3 + 0.3 * one.blades) * thrust / per + margin)
 
 
@@ -61,7 +49,7 @@ def burrill(
     advance_speed_mps: float,
     shaft_speed_rps: ArrayLike,
     one: Geometry,
-    water: CavitationWater,
+    water: WaterInput,
 ) -> tuple[FloatArray, FloatArray]:
     """Blade loading tau_c and Burrill's limit for 5 % back cavitation. [-]."""
     diameter = np.asarray(one.diameter_m, float)
@@ -69,6 +57,6 @@ def burrill(
     pressure = 0.5 * water.density_kgpm3 * (advance_speed_mps**2 + turning**2)
     expanded = np.asarray(one.area_ratio) * np.pi / 4.0 * diameter**2
     projected = expanded * (1.067 - 0.229 * np.asarray(one.pitch_ratio))
-    sigma = np.clip(water.pressure_over_vapour_pa / pressure, 0.031, LARGEST_SIGMA)
+    sigma = np.clip(pressure_over_vapour_pa(water) / pressure, 0.031, LARGEST_SIGMA)
     limit = 0.28 * (sigma - 0.03) ** 0.57
     return np.asarray(np.asarray(thrust_n, float) / (pressure * projected)), np.asarray(limit)

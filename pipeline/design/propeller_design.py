@@ -3,9 +3,8 @@
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from pipeline.design.printed import compare, unknown_quantities
-from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
-from pipeline.design.propeller_curves import propeller_curves
+from pipeline.design.printed import compare
+from pipeline.design.propeller_cavitation import burrill, keller_area_ratio
 from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import (
     DriveLimit,
@@ -28,7 +27,7 @@ from pipeline.design.propeller_series import (
 )
 from pipeline.errors import CannotComputeError
 from pipeline.physics.propeller import efficiency
-from pipeline.records.design import PropellerDesign, PropellerPoint
+from pipeline.records.design import PropellerCurves, PropellerDesign, PropellerPoint
 from pipeline.types import FloatArray
 
 
@@ -51,40 +50,12 @@ def torque_curve(shaft_speed_rps: FloatArray, torque_nm: FloatArray) -> DriveLim
     )
 
 
-def make_task(one: PropellerInput, drive: DriveLimit) -> Task:
-    """Put the input into the optimiser's terms."""
-    stated = one.bounds.area_ratio
-    return Task(
-        thrust_n=one.required.thrust_n,
-        advance_speed_mps=one.required.speed_mps * (1.0 - one.required.wake_fraction),
-        water=CavitationWater(
-            one.water.density_kgpm3,
-            one.water.gravity_mps2,
-            one.water.shaft_depth_m,
-            one.water.vapour_pressure_pa,
-            one.water.kinematic_viscosity_m2ps,
-        ),
-        drive=drive,
-        diameter_m=one.bounds.diameter_m,
-        pitch_ratio=one.bounds.pitch_ratio,
-        area_ratio={
-            z: TESTED_AREA_RATIOS[z] if stated is None else stated for z in one.bounds.blades
-        },
-        reynolds_correction=one.reynolds_correction,
-        enforce_cavitation=one.enforce_cavitation,
-        keller_margin=one.keller_margin,
-    )
-
-
 def propeller_point(task: Task, found: Screw, label: str) -> PropellerPoint:
     """Describe a propeller at its operating point, with cavitation and what to beware of."""
-    one = found.geometry
-    thrust = float(found.thrust_n)
-    least = float(keller_area_ratio(max(thrust, 0.0), one, task.water, task.keller_margin))
-    loading, limit = burrill(thrust, task.advance_speed_mps, found.shaft_speed_rps, one, task.water)
-    number = float(
-        reynolds(task.advance_speed_mps, found.shaft_speed_rps, one, task.water.viscosity_m2ps)
-    )
+    one, water, advance_mps = found.geometry, task.asked.water, task.advance_speed_mps
+    thrust, shaft_rps = float(found.thrust_n), found.shaft_speed_rps
+    least = float(keller_area_ratio(max(thrust, 0.0), one, water, task.asked.keller_margin))
+    loading, limit = burrill(thrust, advance_mps, shaft_rps, one, water)
     full = full_power(task, one)
     cavitates = least > float(one.area_ratio) + 1e-6 or float(loading) > float(limit) * (1 + 1e-6)
     return PropellerPoint(
@@ -103,7 +74,7 @@ def propeller_point(task: Task, found: Screw, label: str) -> PropellerPoint:
         efficiency=float(
             efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
         ),
-        reynolds=number,
+        reynolds=float(reynolds(advance_mps, shaft_rps, one, water.kinematic_viscosity_m2ps)),
         keller_area_ratio=least,
         burrill_loading=float(loading),
         burrill_limit=float(limit),
@@ -126,8 +97,8 @@ def _notes(task: Task, found: Screw, label: str) -> tuple[str, ...]:
             f"({where}); the polynomials reach from 0.30 to 1.05, and here they extrapolate."
         )
     for name, value, bounds in (
-        ("diameter", float(one.diameter_m), task.diameter_m),
-        ("pitch ratio", float(one.pitch_ratio), task.pitch_ratio),
+        ("diameter", float(one.diameter_m), task.asked.bounds.diameter_m),
+        ("pitch ratio", float(one.pitch_ratio), task.asked.bounds.pitch_ratio),
     ):
         if bounds[0] < bounds[1] and min(abs(value - b) for b in bounds) < 1e-5 * bounds[1]:
             notes.append(f"{label}: the {name} lies at its bound, {value:.4g}.")
@@ -157,7 +128,7 @@ def design_propeller(one: PropellerInput, drive: DriveLimit, drive_text: str) ->
     CannotComputeError
         When no propeller of the series gives the thrust; the text has the most that one gives.
     """
-    task = make_task(one, drive)
+    task = Task(one, drive)
     found = [(z, best) for z in one.bounds.blades if (best := least_power(task, z)) is not None]
     candidate = None if one.candidate is None else _candidate(one, task)
     if not found:
@@ -181,10 +152,7 @@ def design_propeller(one: PropellerInput, drive: DriveLimit, drive_text: str) ->
         curves=propeller_curves(task, shown),
         printed=printed,
         published_source=one.published.source if one.published else "",
-        warnings=(
-            *_warnings(one, ranked, candidate, [z for z, _ in found]),
-            *unknown_quantities(unknown, known),
-        ),
+        warnings=(*_warnings(one, ranked, candidate, [z for z, _ in found]), *unknown),
     )
 
 
@@ -237,7 +205,7 @@ def _impossible(one: PropellerInput, task: Task, drive_text: str) -> str:
     asked = (
         f"No propeller of the series gives {task.thrust_n:g} N at an advance speed of "
         f"{task.advance_speed_mps:.3g} m/s within the bounds, with {drive_text}"
-        + (" and without cavitation" if task.enforce_cavitation else "")
+        + (" and without cavitation" if one.enforce_cavitation else "")
         + "."
     )
     if most is None:
@@ -280,3 +248,37 @@ def _warnings(
             + (" and changes nothing." if one.reynolds_correction else ".")
         )
     return tuple(warnings)
+
+
+def propeller_curves(task: Task, shape: Geometry) -> PropellerCurves:
+    """Return open-water curves, and thrust and torque beside the drive."""
+    j = np.linspace(0.0, 1.6, 81)
+    k_t, k_q = thrust_coefficient(j, shape), torque_coefficient(j, shape)
+    end = int(np.argmax(k_t <= 0)) if (k_t <= 0).any() else len(j)
+    j, k_t, k_q = j[:end], k_t[:end], k_q[:end]
+    slow, fast = task.drive.slowest_rps, task.drive.fastest_rps
+    shaft = (
+        np.linspace(0.6 * slow, 1.15 * fast, 60)
+        if task.drive.point
+        else np.linspace(slow, fast, 60)
+    )
+    at = screw(task, shape, shaft)
+    real = (at.thrust_coefficient > 0) & (at.torque_coefficient > 0)
+    drive = np.asarray(task.drive.torque_nm(shaft))
+    stated: tuple[float | None, ...] = (
+        (None,) * len(shaft) if task.drive.point else tuple(float(m) for m in drive)
+    )
+    return PropellerCurves(
+        advance_ratio=tuple(j.tolist()),
+        thrust_coefficient=tuple(k_t.tolist()),
+        torque_coefficient=tuple(k_q.tolist()),
+        efficiency=tuple(np.asarray(efficiency(j, k_t, k_q)).tolist()),
+        shaft_speed_rpm=tuple((60 * shaft).tolist()),
+        drive_torque_nm=stated,
+        propeller_torque_nm=_shown(at.torque_nm, real),
+        propeller_thrust_n=_shown(at.thrust_n, real),
+    )
+
+
+def _shown(values: FloatArray, real: "np.typing.NDArray[np.bool_]") -> tuple[float | None, ...]:
+    return tuple(float(v) if ok else None for v, ok in zip(values, real, strict=True))

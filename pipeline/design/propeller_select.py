@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, brentq, differential_evolution, minimize
 
-from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
+from pipeline.design.propeller_cavitation import burrill, keller_area_ratio
+from pipeline.design.propeller_input import PropellerInput
 from pipeline.design.propeller_series import (
+    TESTED_AREA_RATIOS,
     Geometry,
     reynolds,
     reynolds_correction,
@@ -49,18 +51,24 @@ class DriveLimit:
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked; `area_ratio` by blades."""
+    """What a file asks for, on a drive."""
 
-    thrust_n: float
-    advance_speed_mps: float
-    water: CavitationWater
+    asked: PropellerInput
     drive: DriveLimit
-    diameter_m: tuple[float, float]
-    pitch_ratio: tuple[float, float]
-    area_ratio: dict[int, tuple[float, float]]
-    reynolds_correction: bool
-    enforce_cavitation: bool
-    keller_margin: float
+
+    @property
+    def thrust_n(self) -> float:
+        """Thrust that is required. [N]."""
+        return self.asked.required.thrust_n
+
+    @property
+    def advance_speed_mps(self) -> float:
+        """Speed of the water through the propeller. [m/s]."""
+        return self.asked.required.speed_mps * (1.0 - self.asked.required.wake_fraction)
+
+    def area_ratio(self, blades: int) -> tuple[float, float]:
+        """Bounds of the area ratio; where none are stated those of the series' models. [-]."""
+        return self.asked.bounds.area_ratio or TESTED_AREA_RATIOS[blades]
 
 
 @dataclass(frozen=True)
@@ -86,11 +94,12 @@ def screw(task: Task, one: Geometry, shaft_speed_rps: ArrayLike) -> Screw:
     n = np.asarray(shaft_speed_rps, float)
     j = task.advance_speed_mps / (n * one.diameter_m)
     k_t, k_q = thrust_coefficient(j, one), torque_coefficient(j, one)
-    if task.reynolds_correction:
-        number = reynolds(task.advance_speed_mps, n, one, task.water.viscosity_m2ps)
+    water = task.asked.water
+    if task.asked.reynolds_correction:
+        number = reynolds(task.advance_speed_mps, n, one, water.kinematic_viscosity_m2ps)
         more_t, more_q = reynolds_correction(j, one, number)
         k_t, k_q = k_t + more_t, k_q + more_q
-    rho, diameter = task.water.density_kgpm3, np.asarray(one.diameter_m, float)
+    rho, diameter = water.density_kgpm3, np.asarray(one.diameter_m, float)
     return Screw(
         one, n, j, k_t, k_q, k_t * rho * n**2 * diameter**4, k_q * rho * n**2 * diameter**5
     )
@@ -112,11 +121,12 @@ def _constraints(task: Task, found: Screw, *, thrust: bool) -> FloatArray:
     rows.append(np.asarray(one.pitch_ratio) + MOST_ADVANCE_BEYOND_PITCH - found.advance_ratio)
     if thrust:
         rows.append(found.thrust_n / task.thrust_n - 1.0)
-    if task.enforce_cavitation:
-        asked = np.maximum(found.thrust_n, 0.0)
-        least = keller_area_ratio(asked, one, task.water, task.keller_margin)
+    asked = task.asked
+    if asked.enforce_cavitation:
+        pull = np.maximum(found.thrust_n, 0.0)
+        least = keller_area_ratio(pull, one, asked.water, asked.keller_margin)
         loading, limit = burrill(
-            asked, task.advance_speed_mps, found.shaft_speed_rps, one, task.water
+            pull, task.advance_speed_mps, found.shaft_speed_rps, one, asked.water
         )
         rows += [np.asarray(one.area_ratio) - least, 1.0 - loading / limit]
     return np.stack(rows)
@@ -126,7 +136,8 @@ def _optimise(
     task: Task, blades: int, objective: Callable[[Screw], FloatArray], *, thrust: bool
 ) -> Screw | None:
     """Minimise over the series with the constraints; None where they cannot be met."""
-    box = [task.diameter_m, task.pitch_ratio, task.area_ratio[blades]]
+    bounds = task.asked.bounds
+    box = [bounds.diameter_m, bounds.pitch_ratio, task.area_ratio(blades)]
     if not task.drive.point:
         box.append((task.drive.slowest_rps, task.drive.fastest_rps))
     low, high = np.array(box).T
@@ -149,10 +160,10 @@ def _optimise(
     def held(y: FloatArray, /) -> FloatArray:
         return _constraints(task, _read(task, blades, full(np.asarray(y, float))), thrust=thrust)
 
-    bounds = Bounds(low[free], high[free])
+    within = Bounds(low[free], high[free])
     coarse = differential_evolution(
         value,
-        bounds,
+        within,
         constraints=NonlinearConstraint(held, 0.0, np.inf),
         strategy="rand1bin",
         popsize=12,
@@ -167,7 +178,7 @@ def _optimise(
         lambda y: float(value(y)),
         np.asarray(coarse.x, float),
         method="SLSQP",
-        bounds=bounds,
+        bounds=within,
         constraints=[{"type": "ineq", "fun": held}],
         options={"ftol": 1e-10, "maxiter": 100},
     )

@@ -6,11 +6,15 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import nnls
 
-from pipeline.design.tether_held import held_footprint
+from pipeline.design.tether_held import HeldVehicle, held_footprint
 from pipeline.design.tether_input import TetherInput
-from pipeline.design.tether_needs import buoyancy_n, hull_drag_vector_n, needs_of, plain
-from pipeline.design.tether_printed import printed_tables
-from pipeline.design.tether_thrusters import HeldVehicle
+from pipeline.design.tether_needs import (
+    buoyancy_n,
+    hull_drag_vector_n,
+    needs_of,
+    plain,
+    printed_tables,
+)
 from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_cable import Cable, TetherSolution
 from pipeline.physics.tether_footprint import (

@@ -13,7 +13,7 @@ from pipeline.actions.design import held_vehicle
 from pipeline.design.balance import Condition, exact_balance, inflows_mps
 from pipeline.design.balance_hull import BodyHull
 from pipeline.design.balance_limits import TableLimits, table_limits
-from pipeline.design.tether_thrusters import HeldVehicle
+from pipeline.design.tether_held import HeldVehicle
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.physics.parameters import write
 from pipeline.physics.tether_cable import Cable

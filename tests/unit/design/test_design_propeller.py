@@ -5,10 +5,10 @@ import pytest
 from design_cases import propeller
 
 from pipeline.bundled.design import design_example
-from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
-from pipeline.design.propeller_design import design_propeller, drive_limit, make_task
-from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
-from pipeline.design.propeller_select import full_power, least_power, most_thrust, screw
+from pipeline.design.propeller_cavitation import burrill, keller_area_ratio
+from pipeline.design.propeller_design import design_propeller, drive_limit
+from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput, WaterInput
+from pipeline.design.propeller_select import Task, full_power, least_power, most_thrust, screw
 from pipeline.design.propeller_series import (
     THRUST_TERMS,
     TORQUE_TERMS,
@@ -98,7 +98,7 @@ def test_the_ranking_meets_the_task_and_is_in_order() -> None:
 
 
 def test_no_other_propeller_of_a_fine_grid_needs_less_power() -> None:
-    task = make_task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
+    task = Task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
     best = least_power(task, 3)
     assert best is not None
     d, p, a, n = (
@@ -123,7 +123,7 @@ def test_no_other_propeller_of_a_fine_grid_needs_less_power() -> None:
 
 
 def test_full_power_is_where_both_torques_meet() -> None:
-    task = make_task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
+    task = Task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
     met = full_power(task, Geometry(3, 0.19, 1.1, 0.35))
     assert met is not None
     assert float(met.torque_nm) == pytest.approx(
@@ -132,7 +132,7 @@ def test_full_power_is_where_both_torques_meet() -> None:
 
 
 def test_keller_and_burrill_by_hand() -> None:
-    water = CavitationWater(1000.0, 9.81, 1.0, 1706.0, 1e-6)
+    water = WaterInput(density_kgpm3=1000.0, shaft_depth_m=1.0)
     one = Geometry(3, 0.2, 1.0, 0.5)
     over = 101325 + 9810 - 1706
     assert float(keller_area_ratio(500.0, one, water, 0.1)) == pytest.approx(
@@ -184,7 +184,7 @@ def pinned(thrust_n: float) -> PropellerInput:
 def test_a_propeller_with_nothing_free_is_looked_at_as_it_is() -> None:
     one = pinned(45.7)
     assert isinstance(one.drive, DrivePoint)
-    task = make_task(one, drive_limit(one.drive))
+    task = Task(one, drive_limit(one.drive))
     only = screw(task, Geometry(3, 0.14, 1.0, 0.718), 1525.0 / 60.0)
     for found in (least_power(task, 3), most_thrust(task, [3])):
         assert found is not None

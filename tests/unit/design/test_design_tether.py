@@ -11,10 +11,9 @@ from design_cases import tether
 from pipeline.actions.design import held_vehicle
 from pipeline.bundled.design import design_example
 from pipeline.design.tether_design import design_tether, make_footprint
-from pipeline.design.tether_held import held_footprint
+from pipeline.design.tether_held import MOST_USE, held_footprint
 from pipeline.design.tether_input import TetherInput
 from pipeline.design.tether_needs import drive_need, hull_drag_vector_n
-from pipeline.design.tether_thrusters import MOST_USE
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import write
 from pipeline.physics.tether_footprint import footprint_cable, ned_from_paper
