@@ -24,8 +24,6 @@ def wanted(environment: Mapping[str, str]) -> str:
     environment : mapping
         Of the process.
 
-    Examples
-    --------
     >>> wanted({"LANG": "ru_RU.UTF-8"}), wanted({"LANG": "ru_RU.UTF-8", "LC_ALL": "C"})
     ('ru', 'en')
     >>> wanted({"RIG2SEA_LANGUAGE": "en", "LANG": "ru_RU.UTF-8"}), wanted({"LANG": "de_DE"})

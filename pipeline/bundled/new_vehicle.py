@@ -136,8 +136,6 @@ def new_vehicle_files(name: str) -> dict[str, bytes]:
     dict of str to bytes
         Path relative to the vehicle's folder -> contents; the same for the same name.
 
-    Examples
-    --------
     >>> list(new_vehicle_files("boat"))[:3]
     ['vehicle.yaml', 'README.md', 'pool/README.md']
     """

@@ -78,8 +78,6 @@ def _read_header(file: Path, schema: str) -> dict[str, Any]:
 def read_lines(file: Path) -> list[dict[str, Any]]:
     """Lines that a campaign has written; one that was cut off is left out.
 
-    Examples
-    --------
     >>> read_lines(Path("no such file"))
     []
     """

@@ -15,8 +15,6 @@ def at_limit(code: FloatArray, lowest: ArrayLike, highest: ArrayLike) -> BoolArr
     lowest, highest : array_like, broadcast with `code`
         Ends of the range. A drive that turns one way only idles at its low end: that is no limit.
 
-    Examples
-    --------
     >>> at_limit(np.array([127.0, -60.0, 60.0]), -60, 127).tolist()
     [True, True, False]
     >>> at_limit(np.array([0.0, 199.6]), 0, 200).tolist()
@@ -31,8 +29,6 @@ def beyond_dead_zone(code: ArrayLike, lost: ArrayLike, code_max: ArrayLike) -> F
 
     Full code still is full code: d + (N_max - d) |N| / N_max, and 0 for 0; not rounded.
 
-    Examples
-    --------
     >>> beyond_dead_zone([0.0, 50.0, -100.0], 10.0, 100.0).tolist()
     [0.0, 55.0, -100.0]
     """

@@ -114,8 +114,6 @@ def allocation_map(
 def map_speeds(table_speed_mps: tuple[float, ...]) -> list[float]:
     """Every 0.1 m/s up to the last tabulated speed, and the tabulated ones. [m/s].
 
-    Examples
-    --------
     >>> map_speeds((0.0, 0.25))
     [0.0, 0.1, 0.2, 0.25]
     """

@@ -37,8 +37,6 @@ class Inverse(Protocol):
 def rounded(code: FloatArray) -> FloatArray:
     """Round to whole codes, halves away from zero as C's `lround` does.
 
-    Examples
-    --------
     >>> rounded(np.array([-2.5, 0.4, 2.5])).tolist()
     [-3.0, 0.0, 3.0]
     """

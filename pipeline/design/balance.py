@@ -198,8 +198,6 @@ def small_angle_balance(linear: Slopes, condition: Condition) -> Balance:
         When the denominator is not positive: the hull's moment outweighs its lift at this arm, or
         the hull does not lift.
 
-    Examples
-    --------
     >>> pilgrim = Condition(3.0, 60.0, 22.5, 2.0, 2.0)
     >>> found = small_angle_balance(Slopes(148.0, 1375.0, 731.0, 0.70), pilgrim)
     >>> round(float(np.degrees(found.alpha_rad)), 2), round(found.vertical_n), round(found.surge_n)

@@ -87,8 +87,6 @@ def c_identifier(name: str) -> str:
     CannotComputeError
         When the name could not be part of a file name and an identifier.
 
-    Examples
-    --------
     >>> c_identifier("mmt-300")
     'mmt_300'
     """
@@ -105,8 +103,6 @@ def c_string(text: str) -> str:
 
     A question mark is escaped too, so that no trigraph arises.
 
-    Examples
-    --------
     >>> print(c_string('a"b\\'))
     "a\"b\\"
     """
@@ -126,8 +122,6 @@ def c_string_size(text: str) -> int:
 def c_comment(text: str) -> str:
     """Return text that cannot end the comment it stands in, nor start a line.
 
-    Examples
-    --------
     >>> c_comment("a */ b")
     'a * / b'
     """
@@ -140,8 +134,6 @@ def c_comment(text: str) -> str:
 def float_literal(value: float) -> str:
     """Return the shortest literal that C reads as this value in single precision.
 
-    Examples
-    --------
     >>> float_literal(0.1), float_literal(127)
     ('0.1f', '127.0f')
     """
@@ -151,8 +143,6 @@ def float_literal(value: float) -> str:
 def double_literal(value: float) -> str:
     """Return the shortest literal that C reads as this double.
 
-    Examples
-    --------
     >>> double_literal(-0.0)
     '0.0'
     """
@@ -162,8 +152,6 @@ def double_literal(value: float) -> str:
 def unsigned_literal(value: int) -> str:
     """Return an unsigned literal.
 
-    Examples
-    --------
     >>> unsigned_literal(65536)
     '65536U'
     """

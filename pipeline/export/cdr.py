@@ -61,8 +61,6 @@ def serialise(message_type: str, count: int, values: Mapping[str, Filling]) -> B
     ----------
     OMG, DDS Interoperability Wire Protocol 2.2, section 10; OMG, DDS-XTYPES 1.3, section 7.4.
 
-    Examples
-    --------
     >>> time = serialise("builtin_interfaces/msg/Time", 2, {"sec": np.array([1, 2]), "nanosec": 9})
     >>> time.tolist()
     [[0, 1, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0], [0, 1, 0, 0, 2, 0, 0, 0, 9, 0, 0, 0]]

@@ -77,8 +77,6 @@ def nanoseconds_of_run(time_s: FloatArray, start_time_ns: int, topic: str) -> In
     CannotComputeError
         For a time that a ROS 2 stamp cannot hold, or that is not a number.
 
-    Examples
-    --------
     >>> nanoseconds_of_run(np.array([0.3 - 0.1]), 5, "/imu/data").tolist()
     [200000005]
     """

@@ -37,8 +37,6 @@ def fields(message_type: str) -> tuple[MessageField, ...]:
     KeyError
         For a message that there is not.
 
-    Examples
-    --------
     >>> [field.name for field in fields("sensor_msgs/msg/FluidPressure")]
     ['header', 'fluid_pressure', 'variance']
     """
@@ -67,8 +65,6 @@ def is_message(field_type: str) -> bool:
 def schema_text(message_type: str) -> str:
     """Definition with those of all messages in it appended, as MCAP's ``ros2msg`` wants it.
 
-    Examples
-    --------
     >>> print(schema_text("std_msgs/msg/Header"))  # doctest: +ELLIPSIS
     builtin_interfaces/Time stamp
     string frame_id

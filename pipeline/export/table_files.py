@@ -169,8 +169,6 @@ def render_csv(identity: Identity, characteristic: FirmwareCharacteristic) -> st
 def neutral_cell(text: str) -> str:
     """Return text that a spreadsheet shows instead of running.
 
-    Examples
-    --------
     >>> neutral_cell("=1+1"), neutral_cell("mmt300")
     ("'=1+1", 'mmt300')
     """

@@ -69,8 +69,6 @@ def in_russian(text: str) -> str:
     str
         With decimal comma; a list of such numbers is set apart by semicolons.
 
-    Examples
-    --------
     >>> in_russian("0.5, 1.0 and −1.5 m/s"), in_russian("[0.137, 0.141]")
     ('0,5; 1,0 and −1,5 м/с', '[0,137; 0,141]')
     >>> in_russian('run-1.5.mcap, sheet "V 1.5", rig2sea 0.1.0, 3 N')

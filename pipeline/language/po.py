@@ -39,8 +39,6 @@ def read_po(text: str) -> list[Entry]:
     ValueError
         When a line is none of the format.
 
-    Examples
-    --------
     >>> read_po('#: a.py\nmsgid "row {0}"\nmsgstr "строка {0}"\n')[0].forms
     ('строка {0}',)
     """

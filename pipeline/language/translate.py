@@ -22,8 +22,6 @@ def translate(text: str) -> str:
     str
         The text itself where the language is English.
 
-    Examples
-    --------
     >>> translate("row 3")
     'row 3'
     """

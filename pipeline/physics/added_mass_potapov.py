@@ -88,16 +88,10 @@ def potapov_galyaev(
     density_kgpm3 : float
         Water density. [kg/m^3]
 
-    Returns
-    -------
-    PotapovGalyaev
-
     References
     ----------
     Potapov and Galyaev, On one problem of identification of an unmanned underwater vehicle model.
 
-    Examples
-    --------
     >>> p = potapov_galyaev()
     >>> round(p.surge.computed, 2), round(p.tilt_inertia.computed, 2)
     (12.02, 1.15)

@@ -62,10 +62,6 @@ def rectangle_section(width_m: float, height_m: float, density_kgpm3: float) -> 
     density_kgpm3 : float
         Water density. [kg/m^3]
 
-    Returns
-    -------
-    SectionAddedMass
-
     Raises
     ------
     CannotComputeError
@@ -77,8 +73,6 @@ def rectangle_section(width_m: float, height_m: float, density_kgpm3: float) -> 
     J = 0.725 rho a^4: the two numbers of Newman's table 4.3. They are per metre of a long square
     bar, not those of a square plate.
 
-    Examples
-    --------
     >>> square = rectangle_section(2.0, 2.0, 1.0)
     >>> round(square.sway_kgpm, 3), round(square.heave_kgpm, 3), round(square.roll_kgm, 3)
     (4.754, 4.754, 0.725)

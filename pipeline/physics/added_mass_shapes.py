@@ -108,8 +108,6 @@ def disc_added_mass(radius_m: float, density_kgpm3: float) -> tuple[float, float
     ----------
     Lamb, Hydrodynamics, 1932, sections 102 and 108.
 
-    Examples
-    --------
     >>> mass, inertia = disc_added_mass(1.0, 1.0)
     >>> round(mass, 4), round(inertia, 4)
     (2.6667, 0.3556)

@@ -27,8 +27,6 @@ def cross_matrix(a: FloatArray) -> FloatArray:
     Turning rates (k, 3) times the matrix of a place are the velocities there, in a quarter of the
     time of `numpy.cross`.
 
-    Examples
-    --------
     >>> forward, right = np.eye(3)[:2]
     >>> (cross_matrix(forward) @ right).tolist(), (forward @ cross_matrix(right)).tolist()
     ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])
@@ -69,8 +67,6 @@ def carry(
     CannotComputeError
         When nothing of the vehicle's mass or buoyancy would be left.
 
-    Examples
-    --------
     >>> from pipeline.physics.parameters import neutral_vector, write
     >>> vector = neutral_vector()
     >>> write(vector, "mass", 10.0)

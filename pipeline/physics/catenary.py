@@ -42,8 +42,6 @@ def catenary_parameter(span_m: float, rise_m: float, length_m: float) -> float:
     CannotComputeError
         The cable does not reach, or there is no span.
 
-    Examples
-    --------
     >>> x = catenary_parameter(2.0, 0.0, 2.0 * np.sinh(1.0))
     >>> round(x, 9)
     1.0

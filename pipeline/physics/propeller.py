@@ -31,8 +31,6 @@ def advance_ratio(
     ----------
     Kostenko 2023, below eq. (1), where J is written lambda.
 
-    Examples
-    --------
     >>> float(advance_ratio(1.0, 10.0, 0.2))
     0.5
     """
@@ -58,8 +56,6 @@ def polynomial(variable: ArrayLike, coefficients: ArrayLike) -> FloatArray:
     -----
     No clipping: the measured range of J travels with the fit, and the caller decides.
 
-    Examples
-    --------
     >>> polynomial(np.array([0.0, 0.5]), np.array([0.139, -0.155, -0.061])).round(4).tolist()
     [0.139, 0.0463]
     """
@@ -102,8 +98,6 @@ def thrust(
     ndarray
         Thrust. [N]
 
-    Examples
-    --------
     >>> t = thrust(1692 / 60, 0.0, coefficients=[0.139, -0.155, -0.061],
     ...            diameter_m=0.14, density_kgpm3=1000.62)
     >>> round(float(t), 1)
@@ -131,8 +125,6 @@ def torque(
     ndarray
         Torque that the shaft must supply. [N m]
 
-    Examples
-    --------
     >>> m = torque(1692 / 60, 0.0, coefficients=[0.0171, -0.0164, -0.0055],
     ...            diameter_m=0.14, density_kgpm3=1000.62)
     >>> round(float(m), 3)

@@ -70,8 +70,6 @@ def slender_hull_added_mass(
     The integral of the cones is exact whatever the number of stations: n stations are n - 1
     intervals, and a cylinder given by its two ends has exactly the mass of its water.
 
-    Examples
-    --------
     >>> a = slender_hull_added_mass([-1.0, 1.0], [0.1, 0.1], 1000.0)
     >>> float(round(a[1, 1] / (np.pi * 0.1**2 * 2 * 1000), 12))
     1.0
@@ -102,17 +100,11 @@ def equivalent_spheroid(
     density_kgpm3 : float
         Water density. [kg/m^3]
 
-    Returns
-    -------
-    EquivalentSpheroid
-
     Raises
     ------
     CannotComputeError
         A spheroid that is not longer than wide, or without a volume.
 
-    Examples
-    --------
     >>> s = equivalent_spheroid(2.0, 4 / 3 * np.pi * (1 / 6) ** 2, 1000.0)
     >>> round(s.radius_m, 4), round(s.sway_factor, 3), round(s.yaw_factor, 3)
     (0.1667, 0.917, 0.783)

@@ -36,8 +36,6 @@ PAPER_CABLE = Cable(200.0, 0.014, 1.8, 0.025)
 def largest_pull(on_vehicle_n: FloatArray) -> tuple[float, float, float, float]:
     """Return the largest size of each component and of the whole (Table 4).
 
-    Examples
-    --------
     >>> largest_pull(np.array([[-3.0, 4.0, 0.0], [1.0, 2.0, -2.0]]))
     (3.0, 4.0, 2.0, 5.0)
     """
@@ -51,8 +49,6 @@ def hull_drag_n(
 ) -> float:
     r"""Return the hull's drag, eq. (4): :math:`C \rho V^2 U^{2/3} / 2`.
 
-    Examples
-    --------
     >>> round(hull_drag_n(1.0, 0.05, 1025.0), 1), round(hull_drag_n(0.5, 0.05, 1025.0), 1)
     (69.6, 17.4)
     """
@@ -104,8 +100,6 @@ class Footprint:
 def ned_from_paper(vector: FloatArray) -> FloatArray:
     """Turn vectors of the paper's frame (X forward, Y up, Z starboard) to north, east, down.
 
-    Examples
-    --------
     >>> ned_from_paper(np.array([1.0, 2.0, 3.0])).tolist()
     [1.0, 3.0, -2.0]
     """
@@ -115,8 +109,6 @@ def ned_from_paper(vector: FloatArray) -> FloatArray:
 def paper_from_ned(vector: FloatArray) -> FloatArray:
     """Turn north, east, down back to the paper's frame.
 
-    Examples
-    --------
     >>> paper_from_ned(ned_from_paper(np.array([1.0, 2.0, 3.0]))).tolist()
     [1.0, 2.0, 3.0]
     """

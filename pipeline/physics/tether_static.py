@@ -77,10 +77,6 @@ def solve_tether(
     nodes : int
         Number of points returned, evenly spaced along the cable.
 
-    Returns
-    -------
-    TetherSolution
-
     Raises
     ------
     CannotComputeError

@@ -39,8 +39,6 @@ def dead_zone_code(coefficients: ArrayLike) -> float:
     ----------
     Kostenko 2023, eq. (4).
 
-    Examples
-    --------
     >>> round(dead_zone_code([-4.0, 0.254, 8.82e-4]), 2)
     14.97
     """

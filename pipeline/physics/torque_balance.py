@@ -67,8 +67,6 @@ def first_zero(coefficients: ArrayLike) -> float:
     coefficients : array_like, shape (d + 1,)
         a_0 ... a_d. [-]
 
-    Examples
-    --------
     >>> round(first_zero([0.139, -0.155, -0.061]), 4)
     0.7025
     """
@@ -217,8 +215,6 @@ def free_propeller_drag(speed_mps: ArrayLike, propeller: OpenWaterPropeller) -> 
     ValueError
         If K_M(J) never falls to zero.
 
-    Examples
-    --------
     >>> p = OpenWaterPropeller(np.array([0.139, -0.155, -0.061]),
     ...                        np.array([0.0171, -0.0164, -0.0055]), 0.14, 1000.62)
     >>> round(float(free_propeller_drag(2.0, p)), 1)

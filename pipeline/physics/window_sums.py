@@ -19,8 +19,6 @@ def sums_over(values: FloatArray, first: IntArray, end: IntArray) -> FloatArray:
     -------
     ndarray, shape (k, ...)
 
-    Examples
-    --------
     >>> import numpy as np
     >>> sums_over(np.array([1.0, 2.0, 4.0]), np.array([0, 1]), np.array([2, 3])).tolist()
     [3.0, 6.0]

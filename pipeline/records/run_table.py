@@ -62,8 +62,6 @@ def mean_held(
     to have held before, too; `time_s` (m,) are the begins of the steps, `step_s` long. [s]. Returns
     the means (m, k).
 
-    Examples
-    --------
     >>> import numpy as np
     >>> sent_s, codes = np.array([0.0, 0.05]), np.array([[10.0], [20.0]])
     >>> mean_held(sent_s, codes, np.array([0.02, 0.04, 0.06]), 0.02).ravel().tolist()

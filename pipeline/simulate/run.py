@@ -117,10 +117,6 @@ def run(
     start_time_s : float
         Time of the first sample. [s]
 
-    Returns
-    -------
-    Trajectory
-
     Raises
     ------
     CannotComputeError

@@ -32,8 +32,6 @@ def is_at_supply(voltage_v: float | None, wanted_v: float | None) -> bool:
     bool
         True also where either is not known.
 
-    Examples
-    --------
     >>> [is_at_supply(volts, 16.0) for volts in (15.9, 14.0, None)], is_at_supply(12.0, None)
     ([True, False, True], True)
     """
@@ -45,8 +43,6 @@ def is_at_supply(voltage_v: float | None, wanted_v: float | None) -> bool:
 def voltage_groups(voltages_v: Iterable[float]) -> tuple[tuple[float, float], ...]:
     """Part voltages into tests: lowest and highest of each group, groups rising.
 
-    Examples
-    --------
     >>> voltage_groups([16.0, 15.6, 15.2, 12.1, 12.0])
     ((12.0, 12.1), (15.2, 16.0))
     """

@@ -38,8 +38,6 @@ def share_changes(
     std : float, optional
         Standard uncertainty common to all, where it is to be written too. [1]
 
-    Examples
-    --------
     >>> share_changes(WakeFraction(), ("port", "stbd"), (0.75, 0.75))
     {'model.wake_fraction.value': 0.25}
     """
@@ -89,8 +87,6 @@ def with_plain_values(root: Node, shown_as: str) -> tuple[Node, dict[str, Estima
         For a value that is no number, an interval that does not hold it, or a source that is no
         text.
 
-    Examples
-    --------
     >>> text = b"a: [1, {value: 2.5, ci95: [2, 3], from: run 7}]"
     >>> plain, stated = with_plain_values(parse(text, "a.yaml"), "a.yaml")
     >>> plain.plain(), stated["a.1"].source

@@ -93,8 +93,6 @@ def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, 
     frame : {"sname", "paper", "ros"}
         The file's.
 
-    Examples
-    --------
     >>> changes_as_stated({"model.rigid_body.centre_of_mass_m": (0.1, 0.0, 0.02)}, "paper")
     {'model.rigid_body.centre_of_mass_m': (0.1, -0.02, 0.0)}
     >>> changes_as_stated({"model.added_mass.matrix.1.5": 4.0}, "paper")

@@ -25,8 +25,6 @@ def inertia_fault(inertia_kgm2: Sequence[float]) -> str | None:
     str or None
         The fault.
 
-    Examples
-    --------
     >>> inertia_fault((1.0, 1.0, 2.0, 0.0, 0.0, 0.0)) is None  # a thin disc
     True
     >>> inertia_fault((1.0, 1.0, 2.1, 0.0, 0.0, 0.0))[:42]
@@ -68,8 +66,6 @@ def added_mass_fault(matrix: Sequence[Sequence[float]]) -> str | None:
     str or None
         The fault.
 
-    Examples
-    --------
     >>> rows = [[float(i == j) for j in range(6)] for i in range(6)]
     >>> added_mass_fault(rows) is None
     True

@@ -47,8 +47,6 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     CannotComputeError
         When a path leads nowhere, or to a section where a value is meant.
 
-    Examples
-    --------
     >>> print(updated_vehicle_text("a: {b: 1.0} # stays", {"a.b": 2.5}, "changed"))
     # changed
     a: {b: 2.5} # stays
@@ -218,8 +216,6 @@ def with_columns(text: str, wanted: Mapping[str, Mapping[str, str]]) -> str:
     CannotComputeError
         When `columns`, or a section of it, is no section.
 
-    Examples
-    --------
     >>> print(with_columns("name: v\n", {"mooring": {"thrust": "{header: T}"}}))
     name: v
     columns:

@@ -70,8 +70,6 @@ def parse(data: bytes, shown_as: str) -> Node:
     InputError
         If the file is too large, not UTF-8, not YAML, or uses what is refused here.
 
-    Examples
-    --------
     >>> parse(b"water: {density_kgpm3: 1e3}", "a.yaml").plain()
     {'water': {'density_kgpm3': 1000.0}}
     """

@@ -36,8 +36,6 @@ def bundled_vehicle(name: str) -> Path:
     InputError
         If no such vehicle is bundled.
 
-    Examples
-    --------
     >>> bundled_vehicle("rov8").name
     'rov8'
     """
