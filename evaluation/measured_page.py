@@ -10,8 +10,7 @@ from evaluation.campaign_page import (
     write_pictures,
     write_rates,
 )
-from pipeline.campaign.measured_campaign import SCHEMA, scored
-from pipeline.campaign.measured_score import MeasuredLine, measured_lines
+from pipeline.campaign.measured_campaign import SCHEMA, MeasuredLine, measured_lines, scored
 
 __all__ = ["SCHEMA", "write_page"]
 

@@ -11,8 +11,7 @@ from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.inputs.bench_results import result_of
-from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.inputs.vehicle_place import find_vehicle, result_of
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import canonical_json, file_digest, write_atomically
 from pipeline.records.diagnosis import BenchDiagnosisRecord

@@ -25,8 +25,7 @@ from pipeline.design.tether_design import design_tether
 from pipeline.design.tether_held import HeldVehicle
 from pipeline.design.tether_input import TetherInput
 from pipeline.errors import CannotComputeError
-from pipeline.inputs.bench_results import result_of
-from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.inputs.vehicle_place import find_vehicle, result_of
 from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import write_atomically

@@ -15,9 +15,9 @@ from pipeline.diagnose.engine import Diagnosis, diagnose_fully
 from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
+from pipeline.inputs.gains import sound_runs
 from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
-from pipeline.inputs.sound_runs import sound_runs
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord

@@ -11,9 +11,9 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.regression.held_out import FileModel, Method
 from pipeline.diagnose.regression.known import LEAST_SOUND, learned
 from pipeline.errors import CannotComputeError, Rig2SeaError
+from pipeline.inputs.gains import sound_runs
 from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_packed, load_simulated
-from pipeline.inputs.sound_runs import sound_runs
 from pipeline.language import as_it_is
 from pipeline.plan import POOL, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope

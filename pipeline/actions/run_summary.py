@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.control.code_limits import at_limit
+from pipeline.control.allocation import at_limit
 from pipeline.physics.parameters import read
 from pipeline.simulate.events import LatchLoad
 from pipeline.simulate.pack import PackedVehicle

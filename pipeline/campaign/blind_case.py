@@ -7,11 +7,14 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pipeline.blind.cases import RUN_S, case_of
 from pipeline.blind.generate import GeneratedCase, generate
 from pipeline.blind.label import seal
 from pipeline.blind.score import CampaignScore, score_campaign
 from pipeline.blind.subject import BlindSubject, subject_from
+from pipeline.blind.truth.sensors import Log as TrueLog
 from pipeline.blind.verdict_score import CaseScore, score_case
 from pipeline.campaign.campaign import (
     CampaignRequest,
@@ -21,16 +24,18 @@ from pipeline.campaign.campaign import (
     judged,
     run_cases,
 )
-from pipeline.campaign.case_files import write_case
 from pipeline.effects.library import candidates, module_names
 from pipeline.errors import CannotComputeError
+from pipeline.export.mcap_log import write_run_log
 from pipeline.inputs.simulated_vehicle import bench_result
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.provenance import code_digest
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.simulate.context import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
-from pipeline.vehicle.load import load_vehicle
+from pipeline.simulate.sensors import Channel, Log
+from pipeline.vehicle.load import VEHICLE_FILE, load_vehicle
+from pipeline.vehicle.schema import Vehicle
 
 SCHEMA = "rig2sea/blind/1"
 #: Vehicles of a campaign that names none.
@@ -148,3 +153,58 @@ def scored(lines: Sequence[Mapping[str, Any]]) -> CampaignScore:
     return score_campaign(
         [CaseScore.model_validate_json(json.dumps(line["score"])) for line in lines]
     )
+
+
+#: Instrument of the truth -> what its columns are called in a log.
+_COLUMNS = {
+    "imu": (
+        *("p_radps", "q_radps", "r_radps", "fx_mps2", "fy_mps2", "fz_mps2"),
+        *("qw", "qx", "qy", "qz"),
+    ),
+    "dvl": ("vx_mps", "vy_mps", "vz_mps"),
+    "depth": ("depth_m",),
+    "position": ("north_m", "east_m", "down_m"),
+    "voltage": ("supply_v",),
+}
+
+
+def write_case(case: GeneratedCase, name: str, folder: Path, sealed: Path) -> None:
+    """Write a case to disk: what an engineer would have, and the sealed label elsewhere.
+
+    ``<name>/vehicle.yaml`` and ``<name>/pool/*.mcap`` go to `folder`, ``<name>.json`` to `sealed`.
+
+    Raises
+    ------
+    CannotComputeError
+        If a log cannot be written.
+    """
+    here, vehicle = folder / name, case.subject.vehicle
+    (here / "pool").mkdir(parents=True, exist_ok=True)
+    (here / VEHICLE_FILE).write_text(case.subject.text, encoding="utf-8")
+    for table in (*case.runs, *case.holdout, *case.healthy):
+        write_run_log(
+            here / "pool" / f"{table.name}.mcap",
+            _channels(case.logs[table.name], vehicle),
+            vehicle_name=vehicle.name,
+            density_kgpm3=vehicle.water.density_kgpm3,
+            gravity_mps2=vehicle.water.gravity_mps2,
+            start_time_ns=table.start_time_ns,
+        )
+    seal(case.label, sealed / f"{name}.json")
+
+
+def _channels(log: TrueLog, vehicle: Vehicle) -> Log:
+    """Name the columns of what the truth's instruments read, the DVL's in its own axes."""
+    from scipy.spatial.transform import Rotation
+
+    thrusters = tuple(one.name for one in vehicle.thrusters)
+    found: Log = {}
+    for instrument, reading in log.items():
+        values = reading.values
+        if instrument == "dvl":
+            dvl = vehicle.sensors.dvl if vehicle.sensors is not None else None
+            turn = dvl.rotation_deg if dvl is not None else (0.0, 0.0, 0.0)
+            values = Rotation.from_euler("ZYX", np.radians(turn)[::-1]).inv().apply(values)
+        columns = _COLUMNS.get(instrument, thrusters)
+        found[instrument] = Channel(columns, reading.stamp_s, reading.logged_s, values)
+    return found

@@ -5,16 +5,18 @@ sealed labels and the verdicts lie beside them.
 """
 
 import json
+import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pipeline.blind.label import CaseLabel, open_label
 from pipeline.blind.score import Score
 from pipeline.campaign.folder import CASES_FILE, appending, claim_folder, read_lines
-from pipeline.campaign.many_cases import as_they_come
 from pipeline.errors import CannotComputeError
 from pipeline.provenance import write_atomically
 from pipeline.stopping import stopped_by_sigterm
@@ -22,8 +24,11 @@ from pipeline.stopping import stopped_by_sigterm
 if TYPE_CHECKING:
     from pipeline.diagnose.case import Case
 
+
 #: Told of every case: how many are done, how many there are, one line.
 Said = Callable[[int, int, str], None]
+Asked = TypeVar("Asked")
+Result = TypeVar("Result")
 S_co = TypeVar("S_co", bound=Score, covariant=True)
 
 
@@ -163,3 +168,28 @@ def _line_text(line: Mapping[str, Any]) -> str:
         f"case {line['number']}: {score['vehicle']}, {truth} at {score['gap_ratio']:.1f} floors: "
         f"{told}, {score['probability']:.2f}, {score['elapsed_s']:.0f} s"
     )
+
+
+def as_they_come(
+    run: Callable[[Asked], Result], cases: Sequence[Asked], processes: int
+) -> Iterator[Result]:
+    """Run cases, and yield what comes of them: in their order with one process, in any with more.
+
+    Another process must be able to import `run`.
+    """
+    if processes == 1 or len(cases) < 2:
+        yield from map(run, cases)
+        return
+    # each process has one core: linear algebra is not to start threads on top
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+        waiting = [pool.submit(run, case) for case in cases]
+        try:
+            for future in as_completed(waiting):
+                yield future.result()
+        except BaseException:
+            # only the cases that are at work are waited for, not all that were asked for
+            for future in waiting:
+                future.cancel()
+            raise

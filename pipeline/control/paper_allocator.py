@@ -8,11 +8,11 @@ import numpy as np
 from pipeline.control.allocation import (
     Demand,
     ThrustLimits,
+    beyond_dead_zone,
     demanded_channels,
     limited_channels,
     within_reach,
 )
-from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic, rounded
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import FloatArray

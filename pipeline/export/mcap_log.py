@@ -12,7 +12,7 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 
 from pipeline.errors import CannotComputeError, writing_remedy
-from pipeline.export.cdr import serialise
+from pipeline.export.cdr import schema_text, serialise
 from pipeline.export.log_topics import (
     ATMOSPHERIC_PRESSURE_PA,
     Topic,
@@ -21,7 +21,6 @@ from pipeline.export.log_topics import (
     topics_of_log,
     topics_of_truth,
 )
-from pipeline.export.ros2_messages import schema_text
 
 if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
     from mcap.writer import Writer

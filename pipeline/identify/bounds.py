@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import erfcx, ndtr, ndtri
 
-from pipeline.records.intervals import NORMAL_95
+from pipeline.records.fit_values import NORMAL_95
 from pipeline.types import FloatArray
 
 #: A bound further off than this many standard deviations cuts nothing off.

@@ -6,8 +6,8 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.polynomial import fit_polynomial
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family, curve_from_measurements
 from pipeline.physics.propeller import polynomial
+from pipeline.records.fit_values import interval_factor
 from pipeline.records.fits import PolynomialFit, SpeedInverse, StaticRow
-from pipeline.records.intervals import interval_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import VOLTAGE_TOLERANCE, is_at_supply

@@ -8,8 +8,8 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.linear_fit import LinearFit
 from pipeline.physics.drive import TorqueSurface, drive_torque, drive_torque_slope
+from pipeline.records.fit_values import SWEEPS_PER_TERM
 from pipeline.records.fits import Check
-from pipeline.records.intervals import SWEEPS_PER_TERM
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.units import rpm_to_rps

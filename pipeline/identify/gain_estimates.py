@@ -18,8 +18,8 @@ import numpy as np
 from pipeline.effects.effect import AXES
 from pipeline.identify.heading_check import HeadingCheck
 from pipeline.identify.thruster_regression import AxisLikelihood, RunLikelihood
+from pipeline.records.fit_values import NORMAL_95, student_95
 from pipeline.records.gains import GainReference
-from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.types import BoolArray, FloatArray
 
 #: Prior standard deviation of a gain: no thruster gives three times what its file says.

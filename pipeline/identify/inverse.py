@@ -26,6 +26,7 @@ from pipeline.identify.voltage_family import (
     voltage_rows,
     voltage_sentence,
 )
+from pipeline.records.fit_values import static_factor
 from pipeline.records.fits import (
     Check,
     FirmwareCharacteristic,
@@ -35,7 +36,6 @@ from pipeline.records.fits import (
     SpeedInverse,
     StaticCharacteristic,
 )
-from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.bench_schema import is_at_supply
 from pipeline.vehicle.schema import Vehicle

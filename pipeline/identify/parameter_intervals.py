@@ -25,8 +25,8 @@ from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import FitSolution
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import FitProblem
+from pipeline.records.fit_values import NORMAL_95
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
 
 #: Above this ratio of posterior to prior standard deviation the runs say too little.

@@ -21,8 +21,8 @@ from pipeline.identify.parameter_intervals import Posterior
 from pipeline.identify.thrust_uncertainty import ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_outputs import WindowStack
+from pipeline.records.fit_values import NORMAL_95
 from pipeline.records.identification import IdentifiedParameter, ThrustFound
-from pipeline.records.intervals import NORMAL_95
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
 

@@ -19,8 +19,8 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.cubic_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
+from pipeline.records.fit_values import static_factor
 from pipeline.records.fits import Basis, SignedFamily, StaticCharacteristic, ThrustFamily, Vector
-from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
 

@@ -17,8 +17,7 @@ from pipeline.physics.carried_body import cross_matrix
 from pipeline.records.run_table import down_axis
 from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.pieces import Pieces, run_pieces
-from pipeline.simulate.run import largest_step_s
+from pipeline.simulate.run import Pieces, largest_step_s, run_pieces
 from pipeline.types import FloatArray, IntArray
 
 #: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.

@@ -20,8 +20,8 @@ from pipeline.physics.torque_balance import (
     torque_excess_slope,
     working_points,
 )
+from pipeline.records.fit_values import drive_factor
 from pipeline.records.fits import DriveFit, PointStatus, PropellerFit
-from pipeline.records.intervals import drive_factor
 from pipeline.types import BoolArray, FloatArray
 from pipeline.units import rpm_to_rps, rps_to_rpm
 

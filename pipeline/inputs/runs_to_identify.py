@@ -11,8 +11,7 @@ from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
 from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
 from pipeline.ingest.pool_run import read_pool_run, resample
-from pipeline.inputs.known_of_run import with_known
-from pipeline.inputs.simulated_vehicle import SimulatedVehicle
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, with_known
 from pipeline.plan import UsageError
 from pipeline.provenance import file_digest
 from pipeline.records.identification import RunRead

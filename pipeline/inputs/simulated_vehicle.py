@@ -1,22 +1,26 @@
 """The vehicle that is to be simulated: found by name, read, and packed for the kernel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.bench_models import bench_model
-from pipeline.inputs.bench_results import result_of
-from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.inputs.vehicle_place import find_vehicle, result_of
 from pipeline.plan import TITLES, VEHICLE_FILE, typed_name
 from pipeline.provenance import file_digest
 from pipeline.records.base import Record
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.context import BenchModel
+from pipeline.records.run_notes import RunNotes
+from pipeline.records.run_table import KnownOfRun, RunTable
+from pipeline.simulate.context import BenchModel, model_of
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.run_conditions import run_setup
+from pipeline.simulate.tether_along import tether_force
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.sensor_schema import Sensors
 
 R = TypeVar("R", bound=Record)
 
@@ -135,3 +139,29 @@ def bench_result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, di
             f"{why_not}\nRun `rig2sea run {name}` first, where its bench data are there."
         )
     return record, inputs
+
+
+def with_known(table: RunTable, notes: RunNotes | None, one: SimulatedVehicle) -> RunTable:
+    """Lay what the notes and the vehicle file say of a run beside its table.
+
+    Ballast, payloads, water and events as they are in the notes; the tether of the day, or of the
+    nominal model, as the force with which it acted along the measured motion. `known.notes` say
+    what could not be taken.
+
+    Raises
+    ------
+    CannotComputeError
+        For notes that do not fit the vehicle.
+    """
+    setup = run_setup(one.vehicle, model_of(one.vehicle), notes)
+    setup.checked(one.packed.vector)
+    told, force = list(setup.notes), None
+    try:
+        force = tether_force(one.packed, one.vehicle.sensors or Sensors(), table, setup)
+    except CannotComputeError as error:
+        told.append(f"{table.name}: the tether is left out of what is computed: {error}")
+    times = setup.times_s
+    conditions = tuple(setup.conditions(time_s) for time_s in times)
+    if force is None and not told and all(known.as_stated for known in conditions):
+        return table
+    return replace(table, known=KnownOfRun(times, conditions, force, tuple(told)))

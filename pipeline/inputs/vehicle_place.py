@@ -1,11 +1,14 @@
-"""Where a vehicle that was asked for lies: under the raw folder, at a path, or in the package."""
+"""Where a vehicle that was asked for lies, and what the bench left of it."""
 
 import difflib
 from pathlib import Path
+from typing import TypeVar
 
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import InputError
-from pipeline.plan import VEHICLE_FILE, UsageError, choose, is_vehicle_name
+from pipeline.plan import VEHICLE_FILE, UsageError, choose, is_vehicle_name, processed_file
+from pipeline.provenance import read_envelope
+from pipeline.records.base import Record
 from pipeline.vehicle.load import load_vehicle
 
 
@@ -43,3 +46,26 @@ def _vehicle_file_at(path: Path) -> Path | None:
     file = path if path.name == VEHICLE_FILE else path / VEHICLE_FILE
     misnamed = not is_vehicle_name(file.absolute().parent.name)
     return file if misnamed and file.is_file() else None
+
+
+R = TypeVar("R", bound=Record)
+
+
+def result_of(
+    name: str, out: Path, stage: str, kind: type[R]
+) -> tuple[R | None, dict[str, str], str]:
+    """Return the record of a stage, the digests of what it was made from, and why there is none.
+
+    `name` is the vehicle, or a type of thruster as `typed_name` has it; `out` the folder that holds
+    ``processed/``.
+
+    Raises
+    ------
+    InputError
+        When the file is broken, edited or something else.
+    """
+    path = out / processed_file(name, stage)
+    if not path.is_file():
+        return None, {}, f"{path} does not exist."
+    envelope = read_envelope(path, stage, kind)
+    return envelope.record, dict(envelope.inputs), envelope.why_not or ""

@@ -15,7 +15,7 @@ from pipeline.actions.simulation_request import SimulationRequest
 from pipeline.inputs.runs_to_identify import find_logs
 from pipeline.inputs.runs_to_identify import read_run as read_run_table
 from pipeline.inputs.simulated_vehicle import load_simulated
-from pipeline.library.frames import frame_of, told
+from pipeline.library.bench import frame_of, told
 from pipeline.plan import UsageError
 
 

@@ -1,13 +1,22 @@
-"""Values of the fitted curves, for those who hold only the records; no fit is made here."""
+"""What follows from recorded fits: values, 95 % intervals, the gap to the bollard pull."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.physics.drive import TorqueSurface, surface_basis
 from pipeline.physics.propeller import polynomial
-from pipeline.records.fits import DriveFit, PolynomialFit, PropellerFit, StaticCharacteristic
-from pipeline.records.intervals import interval_factor
+from pipeline.records.fits import (
+    DriveFit,
+    Interval,
+    InverseCharacteristic,
+    PolynomialFit,
+    PropellerFit,
+    StaticCharacteristic,
+    StaticRow,
+)
+from pipeline.records.measurements import MooringPoint
 from pipeline.types import ArrayLike, FloatArray
 
 
@@ -125,3 +134,113 @@ def shown_speeds(static: StaticCharacteristic, speeds: Sequence[float]) -> list[
     """Those of the given speeds that the family holds, each with its row."""
     pairs = [(v, speed_index(static.speed_mps, v)) for v in speeds]
     return [(v, index) for v, index in pairs if index is not None]
+
+
+#: 0.975 quantile of the standard normal distribution.
+NORMAL_95 = 1.959963984540054
+#: Sweeps for each term of the drive's surface below which its intervals are still too narrow.
+SWEEPS_PER_TERM = 2
+
+
+def student_95(degrees_of_freedom: int) -> float:
+    """0.975 quantile of Student's t.
+
+    >>> round(student_95(11), 3)
+    2.201
+    """
+    # `scipy.stats` takes a second to import
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees_of_freedom, 0.975))
+
+
+def drive_degrees(drive: DriveFit) -> int:
+    """Degrees of freedom of the drive's covariance: sweeps less one, or points less terms."""
+    if drive.clustered:
+        return drive.clusters - 1
+    return drive.quality.points - len(drive.coefficients)
+
+
+def drive_factor(drive: DriveFit) -> float:
+    """Half-width of a 95 % interval of the drive's surface in standard errors."""
+    return student_95(drive_degrees(drive))
+
+
+def interval_factor(fit: PolynomialFit) -> float:
+    """Half-width of the recorded 95 % intervals in standard errors.
+
+    What is derived from a fit then has the factor (normal or Student) that the fit itself used.
+    """
+    for index, (low, high) in enumerate(fit.ci95):
+        std = float(np.sqrt(max(fit.covariance[index][index], 0.0)))
+        if std > 0:
+            return (high - low) / (2 * std)
+    return NORMAL_95
+
+
+def static_factor(static: StaticCharacteristic, drive: DriveFit | None = None) -> float:
+    """Half-width of the 95 % interval of the family's thrust in standard errors.
+
+    Where Table 2 has no row, that of the drive, whose scatter it is; normal where that is unknown.
+    """
+    if static.table2:
+        return interval_factor(static.table2[0].fit)
+    return NORMAL_95 if drive is None else drive_factor(drive)
+
+
+def largest_thrust_interval(row: StaticRow, inverse: InverseCharacteristic | None) -> Interval:
+    """95 % interval of T_max: the bench's, widened by what the mooring test differs by."""
+    low, high = row.thrust_max_ci95
+    own = half = (high - low) / 2.0
+    if inverse is not None and inverse.family is not None:
+        for side in (inverse.family.positive, inverse.family.negative):
+            for speed_mps, widths in zip(side.speed_mps, side.half95_n, strict=True):
+                if abs(speed_mps - row.speed_mps) < 1e-9:
+                    half = max(half, widths[-1])
+    if half == own:
+        return low, high
+    return row.thrust_max_n - half, row.thrust_max_n + half
+
+
+@dataclass(frozen=True)
+class CodeGap:
+    """Mooring test and calculation at one signed code; thrusts are magnitudes."""
+
+    code: float
+    points: int
+    measured_n: float
+    calculated_n: float
+    half_width_n: float
+    """95 %, of the calculation and of the mean of the mooring points together."""
+
+    @property
+    def gap_n(self) -> float:
+        """Measured less calculated, positive where the mooring test gives more."""
+        return self.measured_n - self.calculated_n
+
+
+def code_gaps(
+    points: Sequence[MooringPoint], static: StaticCharacteristic, drive: DriveFit | None = None
+) -> tuple[CodeGap, ...]:
+    """Mean of the mooring points at each signed code, less the calculation at rest."""
+    row = speed_index(static.speed_mps, 0.0)
+    if row is None:
+        return ()
+    used = {p.code for p in points if p.code != 0}
+    by_code = {own: np.array([p.thrust_n for p in points if p.code == own]) for own in sorted(used)}
+    # of the points about their code's mean, pooled
+    squares = sum(float(np.sum((own - np.mean(own)) ** 2)) for own in by_code.values())
+    freedom = sum(len(own) - 1 for own in by_code.values())
+    scatter = float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
+    gaps = []
+    for value, measured in by_code.items():
+        calculated = float(static_thrust(static, row, abs(value)))
+        if not calculated > 0 or abs(value) > static.code[-1]:
+            continue
+        thrust = float(np.sign(value)) * measured
+        half = np.hypot(
+            static_factor(static, drive) * float(static_std(static, row, value)),
+            NORMAL_95 * scatter / np.sqrt(len(thrust)),
+        )
+        gaps.append(CodeGap(value, len(thrust), float(np.mean(thrust)), calculated, float(half)))
+    return tuple(gaps)

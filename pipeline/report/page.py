@@ -9,8 +9,7 @@ from types import MappingProxyType
 from markupsafe import Markup
 
 from pipeline.language import translate
-from pipeline.records.base import Glance, Light
-from pipeline.records.pages import PageFile
+from pipeline.records.base import Glance, Light, PageFile
 from pipeline.report.blocks import Figure, Section, Text
 from pipeline.report.glance import rank
 from pipeline.report.html import FILTER, placed, render, write_page

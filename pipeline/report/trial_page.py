@@ -6,8 +6,7 @@ from dataclasses import replace
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.records.table_changes import ALIKE_CODES, table_changes
-from pipeline.records.trial import TrialDay
+from pipeline.records.trial import ALIKE_CODES, TrialDay, table_changes
 from pipeline.report.blocks import (
     Blocks,
     Bullets,

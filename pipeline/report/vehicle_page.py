@@ -5,8 +5,8 @@ from pathlib import Path
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError
 from pipeline.language import as_it_is
+from pipeline.records.base import PageFile
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
-from pipeline.records.pages import PageFile
 from pipeline.report.bench_results import bench_line, thrust_figure, vehicle_glance
 from pipeline.report.blocks import Blocks, Links, Table, Text, chapter, fold
 from pipeline.report.html import address_from, safe_link

@@ -7,9 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from pipeline.control.allocation import beyond_dead_zone
 from pipeline.control.autopilot import Autopilot, Design, MeasuredState, Setpoint
-from pipeline.control.code_limits import beyond_dead_zone
-from pipeline.control.general_allocation import GeneralAllocator
+from pipeline.control.bounded_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import Mover, Trajectory, initial_state, largest_step_s, run

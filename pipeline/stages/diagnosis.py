@@ -77,7 +77,7 @@ def to_diagnose(job: Job) -> "SimulatedVehicle":
 
 def measured(stored: StoredRun, one: "SimulatedVehicle") -> RunTable:
     """Return the table of a run that was read, with what is known of it."""
-    from pipeline.inputs.known_of_run import with_known
+    from pipeline.inputs.simulated_vehicle import with_known
 
     return with_known(stored_table(stored), stored.notes, one)
 

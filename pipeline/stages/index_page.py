@@ -12,8 +12,7 @@ from pydantic import ValidationError
 
 from pipeline.errors import InputError
 from pipeline.provenance import canonical_json, read_envelope, write_atomically
-from pipeline.records.base import Record
-from pipeline.records.pages import PageFile
+from pipeline.records.base import PageFile, Record
 from pipeline.report.html import safe_link
 from pipeline.report.page import write_index
 from pipeline.stages.job import Job

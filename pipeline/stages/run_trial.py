@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.control.code_limits import at_limit
+from pipeline.control.allocation import at_limit
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
 from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
@@ -63,8 +63,7 @@ def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) ->
     from pipeline.identify.trial_errors import compared, predicted_table
     from pipeline.identify.trial_windows import fly_trial
     from pipeline.inputs.gains import gains_of_runs
-    from pipeline.inputs.known_of_run import with_known
-    from pipeline.inputs.simulated_vehicle import load_simulated
+    from pipeline.inputs.simulated_vehicle import load_simulated, with_known
 
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     found = found.model_copy(

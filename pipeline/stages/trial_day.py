@@ -44,8 +44,7 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     from pipeline.identify.day_choice import choose_stretches
     from pipeline.identify.whole_vehicle import identify_vehicle
     from pipeline.inputs.gains import gains_of_runs
-    from pipeline.inputs.known_of_run import with_known
-    from pipeline.inputs.simulated_vehicle import load_simulated
+    from pipeline.inputs.simulated_vehicle import load_simulated, with_known
 
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     copies = repeated_runs({run.run: run for run in stored})

@@ -8,7 +8,7 @@ from pipeline.ignored_files import ignored_file_problems
 from pipeline.inputs.vehicle_changes import changes_of
 from pipeline.plan import POOL, RAW_KINDS, RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
-from pipeline.records.base import Record
+from pipeline.records.base import PageFile, Record
 from pipeline.records.fits import (
     DriveFit,
     InverseCharacteristic,
@@ -16,7 +16,6 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
-from pipeline.records.pages import PageFile
 from pipeline.records.trial import PageReceipt
 from pipeline.records.validation import AllocationMap, AllocatorValidation
 from pipeline.report.html import placed, write_page

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipeline.control.paper_allocator import corrections_of
+from pipeline.records.fit_values import largest_thrust_interval
 from pipeline.records.fits import (
     Check,
     FitQuality,
@@ -13,7 +14,6 @@ from pipeline.records.fits import (
     StaticCharacteristic,
     StaticRow,
 )
-from pipeline.records.intervals import largest_thrust_interval
 from pipeline.vehicle.schema import Vehicle
 
 Json = dict[str, Any]

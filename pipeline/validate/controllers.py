@@ -1,13 +1,13 @@
 """The allocators that fly a vehicle: with the mooring inverse, compensated, and with changes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 
-from pipeline.control.allocation import Demand, demanded_channels
-from pipeline.control.general_allocation import GeneralAllocator
+from pipeline.control.allocation import Demand, ThrustLimits, demanded_channels
+from pipeline.control.bounded_allocation import GeneralAllocator
 from pipeline.control.inverse import (
     FirmwareGrid,
     Inverse,
@@ -16,15 +16,15 @@ from pipeline.control.inverse import (
 )
 from pipeline.control.paper_allocator import Corrections, PaperAllocator
 from pipeline.errors import CannotComputeError
-from pipeline.export.fixed_point import FixedTables, fixed_tables
+from pipeline.export import fixed_point
+from pipeline.export.fixed_point import Q16_ONE, FixedTables, fixed_tables
 from pipeline.export.grid_check import check_characteristic
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import ArrayLike, BoolArray, FloatArray
 from pipeline.validate.flight import Decide
-from pipeline.validate.inverses import FixedPoint, Remembered
 from pipeline.validate.plan import SURGE_PORTIONS
 from pipeline.validate.steady_tables import (
     inflow_speed,
@@ -32,6 +32,55 @@ from pipeline.validate.steady_tables import (
     thrust_limits,
 )
 from pipeline.vehicle.schema import Allocator, Portions
+
+#: Limits are worked out once for each step of speed. [m/s]
+_SPEED_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """An inverse whose limits are kept for speeds to the millimetre per second: they are slow."""
+
+    inverse: Inverse
+    _limits: dict[int, ThrustLimits] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """That of the inverse within."""
+        return self.inverse.name
+
+    def limits(self, speed_mps: float) -> ThrustLimits:
+        """Limits at the nearest millimetre per second."""
+        key = round(speed_mps / _SPEED_STEP)
+        if key not in self._limits:
+            self._limits[key] = self.inverse.limits(key * _SPEED_STEP)
+        return self._limits[key]
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """Return that of the inverse within."""
+        return self.inverse.code(thrust_n, speed_mps)
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """The firmware's fixed-point code, bit for bit: whole codes, limits as the C functions say."""
+
+    tables: FixedTables
+    floating: Inverse
+    """For the limits against the motion, which the C code leaves to its caller."""
+    name: str = "firmware grid in fixed point"
+
+    def limits(self, speed_mps: float) -> ThrustLimits:
+        """Limits of the grid."""
+        return self.floating.limits(speed_mps)
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """Whole codes."""
+        thrust = np.rint(np.asarray(thrust_n, float) * Q16_ONE).astype(np.int64)
+        speed = np.rint(np.asarray(speed_mps, float) * Q16_ONE).astype(np.int64)
+        codes = fixed_point.code_from_thrust(self.tables, np.atleast_1d(thrust), speed)
+        return codes.reshape(thrust.shape).astype(float)
+
 
 #: Of further types of thruster, where there are none.
 _NONE: Mapping[int, Inverse] = MappingProxyType({})

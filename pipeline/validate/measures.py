@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.control.code_limits import at_limit
+from pipeline.control.allocation import at_limit
 from pipeline.physics.parameters import read
 from pipeline.records.validation import KeepingFlight, StepFlight, Variant
 from pipeline.simulate.pack import PackedVehicle

@@ -15,7 +15,7 @@ from pipeline.actions.found_changes import (
     source_of,
 )
 from pipeline.bundled.vehicles import bundled_vehicles
-from pipeline.control.code_limits import beyond_dead_zone
+from pipeline.control.allocation import beyond_dead_zone
 from pipeline.control.inverse import Inverse, firmware_grid
 from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
 from pipeline.errors import CannotComputeError, InputError, Place

@@ -17,8 +17,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from run_log_cases import DENSITY_KGPM3, GRAVITY_MPS2, THRUSTERS, make_log, make_truth
 
+from pipeline.export.cdr import schema_text
 from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, write_run_log
-from pipeline.export.ros2_messages import schema_text
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log
 from pipeline.types import FloatArray, IntArray

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.records.fit_values import drive_torque
+from pipeline.records.fit_values import SWEEPS_PER_TERM, drive_factor, drive_torque
 from pipeline.records.fits import DriveFit
-from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Figure, Table, Text, chapter

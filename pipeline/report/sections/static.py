@@ -6,15 +6,17 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.records.fit_values import (
+    CodeGap,
+    code_gaps,
+    largest_thrust_interval,
     shown_speeds,
     speed_index,
+    static_factor,
     static_std,
     static_thrust,
     table2_thrust,
 )
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
-from pipeline.records.intervals import largest_thrust_interval, static_factor
-from pipeline.records.mooring_gap import CodeGap, code_gaps
 from pipeline.report import plotting
 from pipeline.report.blocks import Blocks, Details, Figure, Table, Text, chapter
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval

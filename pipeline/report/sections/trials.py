@@ -8,8 +8,8 @@ import numpy as np
 from markupsafe import Markup
 
 from pipeline.language import as_it_is, translate
+from pipeline.records.base import DayLine
 from pipeline.records.identification import IdentifiedParameter, StraightLineIdentification
-from pipeline.records.pages import DayLine
 from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Blocks, Details, Figure, Heading, Links, Text, chapter

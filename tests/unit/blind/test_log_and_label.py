@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.blind.generate import GeneratedCase
 from pipeline.blind.label import open_label, seal
-from pipeline.campaign.case_files import write_case
+from pipeline.campaign.blind_case import write_case
 from pipeline.errors import InputError
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_resample import resample

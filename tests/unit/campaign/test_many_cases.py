@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.campaign.many_cases import as_they_come
+from pipeline.campaign.campaign import as_they_come
 
 
 def leave_a_trace(number: int, folder: Path) -> tuple[int, int]:

@@ -15,9 +15,14 @@ from evaluation.measured_page import write_page
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.campaign import measured_campaign, measured_cases
-from pipeline.campaign.measured_campaign import MeasuredRequest, run_measured
+from pipeline.campaign.measured_campaign import (
+    MeasuredLine,
+    MeasuredRequest,
+    measured_lines,
+    run_measured,
+    score_measured,
+)
 from pipeline.campaign.measured_cases import MeasuredCase, measured_case
-from pipeline.campaign.measured_score import MeasuredLine, measured_lines, score_measured
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subjects
 from pipeline.commands.blind import blind
 from pipeline.errors import InputError

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from pipeline.control.allocation import ThrustLimits
-from pipeline.control.demand_grid import demand_grid
-from pipeline.control.error_map import allocation_map, map_speeds
+from pipeline.control.error_map import allocation_map, demand_grid, map_speeds
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.validation import AllocationMap

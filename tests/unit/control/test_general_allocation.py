@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.control.general_allocation import GeneralAllocator
+from pipeline.control.bounded_allocation import GeneralAllocator
 from pipeline.types import FloatArray
 
 S = np.sqrt(0.5)

@@ -5,8 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from pipeline.export.cdr import serialise
-from pipeline.export.ros2_messages import fields, schema_text
+from pipeline.export.cdr import fields, schema_text, serialise
 
 HEADER = b"\x00\x01\x00\x00"
 

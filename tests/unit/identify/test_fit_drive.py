@@ -6,9 +6,8 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive
 from pipeline.physics.drive import drive_torque, drive_torque_slope
-from pipeline.records.fit_values import torque_surface
+from pipeline.records.fit_values import drive_degrees, torque_surface
 from pipeline.records.fits import Check, DriveFit
-from pipeline.records.intervals import drive_degrees
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
 

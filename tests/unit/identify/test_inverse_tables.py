@@ -13,6 +13,7 @@ from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.static import thruster_model
 from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
 from pipeline.identify.working_grid import solve_grid
+from pipeline.records.fit_values import drive_degrees, static_factor, student_95
 from pipeline.records.fits import (
     DriveFit,
     FirmwareCharacteristic,
@@ -20,7 +21,6 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
-from pipeline.records.intervals import drive_degrees, static_factor, student_95
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 

@@ -10,6 +10,7 @@ from pipeline.identify.drive import fit_drive
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.static import static_characteristic, thruster_model
 from pipeline.identify.working_grid import thrust_jacobian
+from pipeline.records.fit_values import drive_degrees, student_95
 from pipeline.records.fits import (
     DriveFit,
     Interval,
@@ -17,7 +18,6 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
-from pipeline.records.intervals import drive_degrees, student_95
 from pipeline.records.measurements import LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
 

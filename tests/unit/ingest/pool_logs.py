@@ -13,7 +13,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
-from pipeline.export.ros2_messages import schema_text
+from pipeline.export.cdr import schema_text
 from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle

@@ -20,7 +20,7 @@ from pool_logs import (
     write_log,
 )
 
-from pipeline.export.ros2_messages import schema_text
+from pipeline.export.cdr import schema_text
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import FloatArray

@@ -7,9 +7,9 @@ import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import InputError
-from pipeline.inputs import sound_runs as room
+from pipeline.inputs import gains as room
+from pipeline.inputs.gains import sound_runs
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
-from pipeline.inputs.sound_runs import sound_runs
 from pipeline.vehicle.load import load_vehicle
 
 

@@ -4,9 +4,8 @@ import dataclasses
 
 import pytest
 
-from pipeline.records.fit_values import static_thrust
+from pipeline.records.fit_values import code_gaps, static_thrust
 from pipeline.records.measurements import MooringRecord
-from pipeline.records.mooring_gap import code_gaps
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
 from pipeline.report.sections.static import gap_section
 

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
-from pipeline.records.fit_values import drive_torque
+from pipeline.records.fit_values import (
+    code_gaps,
+    drive_factor,
+    drive_torque,
+    static_factor,
+    student_95,
+)
 from pipeline.records.fits import DriveFit
-from pipeline.records.intervals import drive_factor, static_factor, student_95
-from pipeline.records.mooring_gap import code_gaps
 from pipeline.report.blocks import Figure, Text
 from pipeline.report.panels import Panel
 from pipeline.report.results import VehicleResults

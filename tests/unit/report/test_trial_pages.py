@@ -13,8 +13,7 @@ from pipeline.records.identification import (
     IdentifiedParameter,
     VehicleIdentification,
 )
-from pipeline.records.table_changes import table_changes
-from pipeline.records.trial import DayTables, PageReceipt, TrialDay
+from pipeline.records.trial import DayTables, PageReceipt, TrialDay, table_changes
 from pipeline.report.blocks import Details, Figure, Text
 from pipeline.report.panels import thinned
 from pipeline.report.results import DayResults, VehicleResults

@@ -9,8 +9,7 @@ import pytest
 from pipeline.physics.parameters import write
 from pipeline.simulate.kernel import BODY, MIDPOINT, STATE
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.pieces import Pieces, run_pieces
-from pipeline.simulate.run import run
+from pipeline.simulate.run import Pieces, run, run_pieces
 
 Make = Callable[..., PackedVehicle]
 

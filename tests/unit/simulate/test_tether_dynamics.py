@@ -16,7 +16,7 @@ from pipeline.physics.tether_footprint import Footprint, ned_from_paper
 from pipeline.physics.tether_static import FlowField, solve_tether
 from pipeline.physics.winch import Winch
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
-from pipeline.simulate.tether_alone import hang
+from pipeline.simulate.tethered import hang
 
 RHO, GRAVITY = 1025.0, 9.81
 NEUTRAL = RHO * np.pi / 4 * 0.014**2

@@ -6,7 +6,7 @@ from flight_cases import Bench
 
 from pipeline.control.inverse import firmware_grid, rounded
 from pipeline.validate.closed_loop import ClosedLoop
-from pipeline.validate.inverses import Remembered
+from pipeline.validate.controllers import Remembered
 
 
 def test_remembered_limits_are_those_at_the_nearest_millimetre_per_second(mmt300: Bench) -> None:
