@@ -70,21 +70,11 @@ class SheetContents:
 
 
 def workbook_bytes(sheets: Sequence[SheetContents]) -> bytes:
-    """Write a workbook without clock, without compression, with its parts in a fixed order.
+    """Return an xlsx workbook without clock, without compression, with its parts in a fixed order.
 
     openpyxl writes the time of saving into the archive and into its core properties; both are
     replaced. The parts are stored and not deflated, because different builds of zlib compress to
     different bytes.
-
-    Parameters
-    ----------
-    sheets : sequence of SheetContents
-        At least one.
-
-    Returns
-    -------
-    bytes
-        The xlsx file.
     """
     fixed = io.BytesIO()
     with zipfile.ZipFile(_saved(sheets)) as source, zipfile.ZipFile(fixed, "w") as target:
@@ -124,17 +114,7 @@ def _saved(sheets: Sequence[SheetContents]) -> io.BytesIO:
 
 
 def new_vehicle_files(name: str) -> dict[str, bytes]:
-    """Return the files of a new vehicle's raw folder.
-
-    Parameters
-    ----------
-    name : str
-        Name of the vehicle, already checked.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path relative to the vehicle's folder -> contents; the same for the same name.
+    """Return the files of a new vehicle's raw folder by path; the same for the same name.
 
     >>> list(new_vehicle_files("boat"))[:3]
     ['vehicle.yaml', 'README.md', 'pool/README.md']

@@ -61,22 +61,10 @@ class ChannelThrusts:
 
 
 def demanded_channels(demand: Demand, allocator: Allocator) -> ChannelThrusts:
-    r"""Per-thruster thrusts of the demand before any limit or portion.
+    r"""Thrusts [N] of the demand on each channel before any limit or portion.
 
     .. math:: \frac{F_x}{4 \cos\delta}, \quad \frac{M_y}{2 L_s \sin\delta}, \quad
               \frac{M_z}{2 L_s \sin\delta}, \qquad M_y = -N,\ M_z = M
-
-    Parameters
-    ----------
-    demand : Demand
-        Wanted wrench, SNAME. [N], [N m]
-    allocator : Allocator
-        delta and L_s.
-
-    Returns
-    -------
-    ChannelThrusts
-        Unlimited. [N]
     """
     delta = np.radians(allocator.delta_deg)
     moment_per_newton = 2.0 * allocator.stern_arm_m * np.sin(delta)
@@ -90,25 +78,12 @@ def demanded_channels(demand: Demand, allocator: Allocator) -> ChannelThrusts:
 def limited_channels(
     demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator
 ) -> ChannelThrusts:
-    r"""Apply eq. (6): the portions and the limits of the thruster.
+    r"""Apply eq. (6), portions and limits: what is asked of the thrusters. [N].
 
     "scaled": :math:`\Pi\,\mathrm{clip}(T, \pm T_{max})`; "limit":
     :math:`\mathrm{clip}(T, \pm \Pi T_{max})`. The surge channel has a limit for each sign; heading
-    and pitch push one thruster forward and its partner back and take the smaller limit.
-
-    Parameters
-    ----------
-    demanded : ChannelThrusts
-        From `demanded_channels`. [N]
-    limits : ThrustLimits
-        T_max: fixed from the mooring test, or T_max(V) with speed compensation. [N]
-    allocator : Allocator
-        The portions and the form.
-
-    Returns
-    -------
-    ChannelThrusts
-        What the allocator asks of the thrusters. [N]
+    and pitch push one thruster forward and its partner back and take the smaller limit. `limits`
+    are T_max: fixed from the mooring test, or T_max(V) with speed compensation [N].
 
     References
     ----------
@@ -152,12 +127,7 @@ def within_reach(demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allo
 def at_limit(code: FloatArray, lowest: ArrayLike, highest: ArrayLike) -> BoolArray:
     """Tell which codes are at an end of their range, within half a code.
 
-    Parameters
-    ----------
-    code : ndarray
-        Commanded codes. [-]
-    lowest, highest : array_like, broadcast with `code`
-        Ends of the range. A drive that turns one way only idles at its low end: that is no limit.
+    A drive that turns one way only idles at its low end: that is no limit.
 
     >>> at_limit(np.array([127.0, -60.0, 60.0]), -60, 127).tolist()
     [True, True, False]

@@ -87,16 +87,8 @@ class Autopilot:
     ) -> tuple[FloatArray, Self]:
         """Return the wanted wrench X Y Z K M N (6,) in body axes and the next autopilot.
 
-        Parameters
-        ----------
-        motion : MeasuredState
-            Measured motion.
-        reference : Setpoint
-            Wanted motion.
-        dt_s : float
-            Time since the last step. [s]
-        saturated : bool
-            The last demand was not reached: the integrals wait (conditional integration).
+        `dt_s` [s] since the last step; `saturated`: the last demand was not reached, and the
+        integrals wait (conditional integration).
         """
         d = self.design
         surge, depth, pitch, heading = self.integral

@@ -48,14 +48,7 @@ def demand_grid(allocator: Allocator, rest: ThrustLimits) -> DemandGrid:
     """Demands up to what the form can ask at rest: Pi T_max in "limit", T_max in "scaled".
 
     Surge has a reach of its own for each sign, as it has a limit; a moment needs both signs of
-    thrust at once. An axis without any reach has the one demand zero.
-
-    Parameters
-    ----------
-    allocator : Allocator
-        Geometry, form and portions.
-    rest : ThrustLimits
-        T_max at rest. [N]
+    thrust at once. An axis without any reach has the one demand zero. `rest` are T_max at rest. [N]
     """
     delta = np.radians(allocator.delta_deg)
     full = allocator.form == "scaled"
@@ -109,7 +102,7 @@ def allocation_map(
     inverse: InverseCharacteristic,
     static: StaticCharacteristic,
 ) -> AllocationMap:
-    r"""Compare what is asked with what the thrusters give, over demands and speeds.
+    r"""Compare what is asked with what the thrusters give: one score per speed and variant.
 
     For every speed and every demand (X, M, N) of a fixed grid: eq. (6) gives the wanted thrusts,
     an inverse characteristic the codes, the static family T(N, V) the real thrusts and eq. (5) the
@@ -118,11 +111,6 @@ def allocation_map(
 
     Without Table 3 the mooring variant uses the row at rest of the firmware grid; `static` is the
     real thruster where `inverse` has no family in which measurements have a part.
-
-    Returns
-    -------
-    AllocationMap
-        One score per speed and variant.
 
     Raises
     ------

@@ -153,14 +153,8 @@ def other_inverses(
 ) -> dict[int, Inverse]:
     """Return the inverse of each thruster of a further type, by its place.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With its types.
-    records : mapping
-        By type of thruster; a thruster of which there is none is taken as one of `tables`.
-    form : callable
-        Makes an inverse of a record and of what `Vehicle.of_type` returns.
+    `records` by type of thruster, of one that has none `tables` holds; `form` makes an inverse of a
+    record and of what `Vehicle.of_type` returns.
     """
     made = {name: form(record, vehicle.of_type(name)) for name, record in records.items() if name}
     types = enumerate(vehicle.type_of(one) or "" for one in vehicle.thrusters)
@@ -170,14 +164,8 @@ def other_inverses(
 def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:
     """Return the inverse without speed compensation: eq. (7) from the mooring test.
 
-    Without mooring data it is the row at rest of the firmware grid, used at every speed.
-
-    Parameters
-    ----------
-    record : InverseCharacteristic
-        What the bench gave.
-    vehicle : Vehicle
-        Of the same bench: dead thrust, range of codes.
+    Without mooring data it is the row at rest of the firmware grid, used at every speed. The
+    vehicle of the same bench gives dead thrust and range of codes.
 
     Raises
     ------

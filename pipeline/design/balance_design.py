@@ -94,16 +94,9 @@ def steady_state(
 def design_balance(
     one: BalanceInput, vehicle: Vehicle | None = None, tables: TableLimits | None = None
 ) -> BalanceDesign:
-    """Compute everything that ``rig2sea design balance`` shows.
+    """Compute what ``rig2sea design balance`` shows, of a file and the vehicle that it names.
 
-    Parameters
-    ----------
-    one : BalanceInput
-        The file.
-    vehicle : Vehicle, optional
-        The vehicle that it names.
-    tables : TableLimits, optional
-        Its identified thrusters; a limit that the file states goes before them.
+    A limit that the file states goes before `tables`, the vehicle's identified thrusters.
 
     Raises
     ------

@@ -44,21 +44,9 @@ def rounding(value: float, decimals: int | None = None) -> float:
 def compare(
     published: PublishedFigures | None, computed: Mapping[str, tuple[float, str]]
 ) -> tuple[tuple[Printed, ...], tuple[str, ...]]:
-    """Put the printed numbers beside ours.
+    """Put the printed numbers beside ours, `computed`: value and unit by quantity.
 
-    Parameters
-    ----------
-    published : PublishedFigures or None
-        From the input file.
-    computed : mapping
-        Value and unit by quantity.
-
-    Returns
-    -------
-    printed : tuple of Printed
-        In the order of the file.
-    warnings : tuple of str
-        Of quantities that this calculation does not have.
+    Warns of quantities that this calculation does not have.
     """
     if published is None:
         return (), ()

@@ -112,16 +112,7 @@ def _notes(task: Task, found: Screw, label: str) -> tuple[str, ...]:
 
 
 def design_propeller(one: PropellerInput, drive: DriveLimit, drive_text: str) -> PropellerDesign:
-    """Compute everything that ``rig2sea design propeller`` shows.
-
-    Parameters
-    ----------
-    one : PropellerInput
-        The file.
-    drive : DriveLimit
-        Its drive, or that of the vehicle which it names.
-    drive_text : str
-        The drive in words.
+    """Compute what ``rig2sea design propeller`` shows, on a drive that `drive_text` names.
 
     Raises
     ------

@@ -80,14 +80,7 @@ def make_footprint(one: TetherInput) -> Footprint:
 
 
 def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDesign:
-    """Compute everything that ``rig2sea design tether`` shows.
-
-    Parameters
-    ----------
-    one : TetherInput
-        The file.
-    held : HeldVehicle, optional
-        The vehicle that it names.
+    """Compute what ``rig2sea design tether`` shows, of a file and the vehicle that it names.
 
     Raises
     ------

@@ -27,19 +27,8 @@ def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray
 def hull_force_n(one: TetherInput, held: HeldVehicle | None, through_mps: FloatArray) -> FloatArray:
     """Force of the water on the hull: eq. (4), or at the heading of the vehicle that is held.
 
-    Parameters
-    ----------
-    one : TetherInput
-        The file.
-    held : HeldVehicle or None
-        The vehicle that it names, with the hull of the file where that states one.
-    through_mps : ndarray, shape (3,)
-        Velocity through the water, paper's axes. [m/s]
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        Paper's axes. [N]
+    Both `through_mps`, the velocity through the water, and the force are (3,) in the paper's axes.
+    [m/s], [N]
 
     Raises
     ------

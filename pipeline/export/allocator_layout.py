@@ -84,18 +84,10 @@ def allocator_layout(
     others: Mapping[str, FirmwareCharacteristic] = MappingProxyType({}),
     several_voltages: Collection[str] = (),
 ) -> AllocatorLayout:
-    """Take the layout from the vehicle file.
+    """Take the layout from the vehicle file and the grid of the type of `tables`.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With thrusters, each with the drive and the propeller of one of its types.
-    characteristic : FirmwareCharacteristic
-        Of the type of `tables`.
-    others : mapping of str to FirmwareCharacteristic, optional
-        Of the further types that it has.
-    several_voltages : collection of str
-        Those of them that have tables at several supply voltages.
+    `others` are the grids of its further types, `several_voltages` those of them that have tables
+    at several supply voltages.
 
     Raises
     ------

@@ -10,16 +10,7 @@ if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does
 
 
 def topics_of_tether(tether: "TetherLog", prefix: str, *, winch: bool) -> list[Topic]:
-    """Topics of a tether, at every step of the run.
-
-    Parameters
-    ----------
-    tether : TetherLog
-        What it did.
-    prefix : str
-        Put before each name: ``/sim``.
-    winch : bool
-        Whether it has one; then its drum gets a topic.
+    """Topics of a tether at every step of the run, of the drum too where it has a `winch`.
 
     Raises
     ------

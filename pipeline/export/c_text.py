@@ -70,22 +70,13 @@ def _single_branch(branch: FirmwareBranch, code_max: int) -> SingleBranch:
 
 
 def c_identifier(name: str) -> str:
-    """Return the C identifier for a vehicle's name.
-
-    Parameters
-    ----------
-    name : str
-        Letters, digits, ``_`` and ``-``, the first a letter, at most 48 characters.
-
-    Returns
-    -------
-    str
-        The name with ``_`` for ``-``.
+    """Return the C identifier for a vehicle's name: ``_`` for ``-``.
 
     Raises
     ------
     CannotComputeError
-        When the name could not be part of a file name and an identifier.
+        When the name could not be part of a file name and an identifier: 1 to 48 letters, digits,
+        ``_`` and ``-``, the first a letter, are expected.
 
     >>> c_identifier("mmt-300")
     'mmt_300'
@@ -163,12 +154,7 @@ def c_array(
 ) -> str:
     """Return ``static const ctype name[n] = {...};`` with a comment above and one before each row.
 
-    Parameters
-    ----------
-    ctype, name, comment : str
-        Type, identifier, and what the numbers are, with the unit.
-    rows : sequence of (str, iterable of str)
-        For every row its comment (may be empty) and its literals.
+    `rows` have a comment each (may be empty) and their literals.
     """
     lines: list[str] = []
     count = 0

@@ -105,31 +105,21 @@ _PRIMITIVES = {
 
 
 def serialise(message_type: str, count: int, values: Mapping[str, Filling]) -> Bytes:
-    """Serialise messages of one type.
+    """Serialise `count` messages of one type, ``package/msg/Name``: bytes (count, size).
 
     Parameters
     ----------
-    message_type : str
-        ``package/msg/Name``.
-    count : int
-        Number of messages k.
     values : mapping
         Path of a field (``header.stamp.sec``) to what fills it: a number or text for all
         messages, an array (k,) for a single field, (k, m) for an array or a sequence of m, or for
         a message of m numbers (``angular_velocity``), whose fields take the columns in order.
         Fields that are not named are zero or empty.
 
-    Returns
-    -------
-    ndarray of uint8, shape (k, size)
-        A row a message.
-
     Raises
     ------
-    ValueError
-        For a path that the message does not have, or values of another shape.
-    TypeError
-        For text where numbers belong, and the other way round.
+    ValueError, TypeError
+        For a path that the message does not have, or values of another shape; for text where
+        numbers belong, and the other way round.
 
     References
     ----------

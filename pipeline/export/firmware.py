@@ -33,14 +33,7 @@ def write_firmware(
     Parameters
     ----------
     name : str
-        Name of the vehicle: 1 to 48 letters, digits, ``_`` and ``-``, the first a letter. Files
-        are called after it; in identifiers ``-`` becomes ``_``.
-    characteristic : FirmwareCharacteristic
-        The monotone grid of both signs of thrust.
-    tables_digest, tool_version : str
-        What the files say about where they come from.
-    folder : Path
-        Where to; made if it does not exist.
+        Of the vehicle; files are called after it, in identifiers ``-`` becomes ``_``.
     tables : dict or None
         Tables 1-4, carried along in the JSON file and in a CSV of their own; the header tells the
         checks that they failed.

@@ -174,19 +174,10 @@ def _row_at(branch: FixedBranch, along: IntArray) -> tuple[IntArray, IntArray]:
 def code_from_thrust(
     tables: FixedTables, thrust_q16: IntLike, speed_q16: IntLike
 ) -> npt.NDArray[np.int64]:
-    """Do what ``<vehicle>_code_from_thrust_q`` does, to the bit.
+    """Do what ``<vehicle>_code_from_thrust_q`` does, to the bit; arguments broadcast together.
 
-    Parameters
-    ----------
-    tables : FixedTables
-        The tables in the C source.
-    thrust_q16, speed_q16 : int or ndarray of int, broadcast together
-        Arguments of the C function, in the range of an int32_t. [N], [m/s], Q16.16
-
-    Returns
-    -------
-    ndarray of int64
-        Code, rounded half away from zero, within code_min to code_max.
+    Thrust and speed are Q16.16 in the range of an int32_t [N, m/s]; the code is rounded half away
+    from zero, within code_min to code_max.
     """
     thrust, speed = np.broadcast_arrays(
         np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)

@@ -31,11 +31,6 @@ FLAG = {name: bit for name, bit, _ in FLAGS}
 def check_characteristic(characteristic: FirmwareCharacteristic) -> None:
     """Refuse a characteristic that the firmware could not evaluate.
 
-    Parameters
-    ----------
-    characteristic : FirmwareCharacteristic
-        The grid of both signs of thrust.
-
     Raises
     ------
     CannotComputeError

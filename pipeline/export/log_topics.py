@@ -92,16 +92,7 @@ def nanoseconds_of_run(time_s: FloatArray, start_time_ns: int, topic: str) -> In
 
 
 def topics_of_log(log: "Log", water: WaterConstants, prefix: str = "") -> list[Topic]:
-    """Topics of a sensor log.
-
-    Parameters
-    ----------
-    log : dict of Channel
-        Any of the channels that the simulated sensors give.
-    water : WaterConstants
-        For the pressure of the depth channel.
-    prefix : str
-        Put before each name: ``/sim`` gives ``/sim/imu/data``.
+    """Topics of a sensor log; `prefix` ``/sim`` gives ``/sim/imu/data``.
 
     Raises
     ------

@@ -60,16 +60,12 @@ def write_run_log(
     metadata: Mapping[str, str] | None = None,
     start_time_ns: int = DEFAULT_START_TIME_NS,
 ) -> None:
-    """Write a run; the file is there complete or not at all.
+    """Write a run, ``*.mcap``; the file is there complete or not at all.
 
     Parameters
     ----------
-    path : Path
-        The file to write, ``*.mcap``; its folder is made if it does not exist.
     log : dict of Channel
         What the sensors on board logged. Its "command" channel names the thrusters.
-    vehicle_name : str
-        Name of the vehicle, as in its file.
     density_kgpm3, gravity_mps2 : float
         Of the water: they turn depth into pressure. [kg/m^3], [m/s^2]
     truth : Trajectory, optional
@@ -133,16 +129,7 @@ def is_of_others(path: Path) -> bool:
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], None], what: str) -> None:
-    """Write a file that is there complete or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its folder is made if it does not exist.
-    write : callable
-        Writes the content to an open file.
-    what : str
-        What the file is, for the message.
+    """Write a file that is there complete or not at all; `what` it is, for the message.
 
     Raises
     ------

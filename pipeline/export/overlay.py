@@ -47,29 +47,11 @@ def write_overlay(
 ) -> None:
     """Write a recorded log with simulated channels; the file is there complete or not at all.
 
-    Topics of the recorded log under ``/sim`` are of an earlier simulation and left out.
-
-    Parameters
-    ----------
-    path : Path
-        The file to write, ``*.mcap``. It may be the recorded one: that is read to its end first.
-    recorded : RecordedLog
-        The measured log.
-    simulated : dict of Channel
-        What the sensors would have logged, "command" included; all of it goes under ``/sim``.
-    vehicle_name : str
-        For messages.
-    density_kgpm3, gravity_mps2 : float
-        Of the water: they turn depth into pressure. A log that states its own keeps them for both
-        sides, so that a reader turns both back alike. [kg/m^3], [m/s^2]
-    start_time_ns : int
-        Time zero of the simulated run on the clock of the log. [ns since 1970]
-    truth : Trajectory, optional
-        The simulated motion; "command" names its thrusters.
-    more : sequence of Topic
-        Further topics, with their prefix.
-    metadata : mapping, optional
-        What a reader should know of the simulation.
+    It may be the recorded file: that is read to its end first. Topics of the recorded log under
+    ``/sim`` are of an earlier simulation and left out; all of `simulated`, what the sensors would
+    have logged, goes there. A log that states density and gravity of its own keeps them for both
+    sides, so that a reader turns pressure back alike. `start_time_ns` is time zero of the simulated
+    run on the clock of the log [ns since 1970]; the rest is as of `write_run_log`.
 
     Raises
     ------

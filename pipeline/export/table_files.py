@@ -26,18 +26,8 @@ def render_json(
 ) -> str:
     """Return the text of ``<vehicle>_thruster.json``: keys sorted, numbers at full precision.
 
-    Parameters
-    ----------
-    identity : Identity
-        Vehicle, digest of the tables, version of the tool.
-    characteristic : FirmwareCharacteristic
-        The grid; it is written as it is and as the fixed-point source holds it.
-    tables : dict or None
-        Tables 1-4 of the vehicle, carried along under ``tables``.
-    layout : AllocatorLayout, optional
-        Thrusters, B and portions, under ``allocator``.
-    voltages : VoltageTables, optional
-        The grid at each supply voltage, under ``voltages``.
+    The grid is written as it is, as the fixed-point source holds it, and at each supply voltage;
+    Tables 1-4 are carried along under ``tables``, thrusters, B and portions under ``allocator``.
 
     Raises
     ------

@@ -167,23 +167,11 @@ def fly(
 ) -> Trajectory:
     """Fly a plan and return the whole run.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it; autopilot and allocator believe this one.
-    plan : FlightPlan
-        What to fly.
-    vector : ndarray, optional
-        The true parameter vector, e.g. with effects switched on.
-    allocator : CodeAllocator, optional
-        `general_allocator` of the vehicle otherwise.
-    step_s : float, optional
-        Integration step; divides the control period. `usual_step_s` otherwise. [s]
-    change : FlightChange, optional
-        Asked at the start of every control period; its vector takes the place of `vector`. The
-        autopilot is not told.
-    mover : Mover
-        What moves the vehicle from command to command: `run`, or the vehicle on its tether.
+    Autopilot and allocator (`general_allocator` otherwise) believe `packed`; `vector` is the truth,
+    e.g. with effects switched on. `step_s` [s] divides the control period, `usual_step_s`
+    otherwise. `change` is asked at the start of every control period, its vector takes the place of
+    `vector`, and the autopilot is not told. `mover` moves the vehicle from command to command:
+    `run`, or the vehicle on its tether.
 
     Raises
     ------

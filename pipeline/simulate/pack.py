@@ -109,14 +109,7 @@ def shafts_turn(vector: FloatArray) -> bool:
 
 
 def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVehicle:
-    """Turn a vehicle file into the kernel's inputs.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With a `model` section.
-    bench : BenchModel, optional
-        Needed for thrusters whose characteristic is ``tables``.
+    """Turn a vehicle file into the kernel's inputs; thrusters of the ``tables`` need the `bench`.
 
     Raises
     ------

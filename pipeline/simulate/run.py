@@ -66,16 +66,11 @@ def initial_state(
 def largest_step_s(
     packed: PackedVehicle, vector: FloatArray | None = None, method: Method = "rk4"
 ) -> float:
-    r"""Largest step that the shafts allow whose torque balance is solved in time. [s].
+    r"""Largest step for shafts whose torque balance is solved in time; infinite without. [s].
 
     A shaft settles with the rate (dM_propeller/dn - dM_drive/dn) / (2 pi J), which is taken at its
     largest over the table of the drive. Beyond the limit of the integrator the shaft speed would
     not become infinite but go round in circles, at a thrust that is far off.
-
-    Returns
-    -------
-    float
-        Infinite where no balance is solved in time.
     """
     p = packed.vector if vector is None else vector
     inertias, kinds = read(p, "rotor_inertia"), read(p, "thruster_type")
@@ -102,22 +97,17 @@ def run(
 
     Parameters
     ----------
-    packed : PackedVehicle
-        The vehicle.
     commands : ndarray, shape (m, n)
         Codes of the n thrusters.
-    dt_s : float
-        Step. [s]
-    vector : ndarray, optional
-        Parameter vector in place of the nominal one.
-    start : ndarray, optional
-        Kernel state to start from; at rest at the origin otherwise.
+    dt_s, start_time_s : float
+        Step, and time of the first sample. [s]
+    vector, start : ndarray, optional
+        Parameter vector in place of the nominal one; kernel state to start from, at rest at the
+        origin otherwise.
     external : ndarray, shape (m, 6) or (1, 6), optional
         Force [N] and moment [N m] on the body from outside the model (gripper, snag).
     method : {"rk4", "semi_implicit", "midpoint"}
         Of fourth order, of first with the pose moved by the new velocity, or of second.
-    start_time_s : float
-        Time of the first sample. [s]
 
     Raises
     ------

@@ -46,24 +46,9 @@ def measure(
 ) -> Log:
     """Sample a run by the sensors of the vehicle.
 
-    Parameters
-    ----------
-    trajectory : Trajectory
-        The true motion.
-    packed : PackedVehicle
-        The nominal vehicle.
-    sensors : Sensors
-        Rates, noise, mounting.
-    vector : ndarray, optional
-        True parameter vector; its ``dvl_*`` and supply slots make the readings wrong.
-    seed : int
-        Of the noise. Each sensor has a stream of its own, so that adding one changes no other.
-
-    Returns
-    -------
-    dict of Channel
-        "command", and of "imu", "dvl", "depth", "position", "shaft_speed", "voltage" those on
-        board.
+    `vector` is the true one: its ``dvl_*`` and supply slots make the readings wrong. Each sensor
+    has a stream of noise of its own from `seed`, so that adding one changes no other. Returns
+    "command", and of "imu", "dvl", "depth", "position", "shaft_speed", "voltage" those on board.
     """
     true = packed.vector if vector is None else vector
     streams = dict(

@@ -16,25 +16,11 @@ from pipeline.vehicle.model_schema import Tether
 class LumpedMassTether:
     """A cable cut into segments, and the water it is in; checked where the vehicle file is.
 
-    Attributes
-    ----------
-    length_m : float
-        Unstretched length that is paid out at the start. [m]
-    segments : int
-        Number of segments at the start; their length stays, a winch changes their number.
-    diameter_m, mass_kgpm : float
-        Diameter [m], mass in air [kg/m].
-    normal_drag, tangential_drag : float
-        C_n, C_t, both referred to the diameter. [-]
-    axial_stiffness_n : float
-        EA. [N]
-    density_kgpm3, gravity_mps2 : float
-        Water density [kg/m^3], 0 for a vacuum; gravity [m/s^2].
-    added_mass : float
-        C_a across the cable; 1 for a cylinder in unbounded water. [-]
-    axial_damping : float
-        Damping ratio of the shortest axial wave, two segments long; longer waves are damped less,
-        in proportion to their frequency. [-]
+    `length_m` is paid out at the start [m], in `segments` whose length stays: a winch changes their
+    number. Drag coefficients C_n, C_t are referred to the diameter; `axial_stiffness_n` is EA [N];
+    `density_kgpm3` of the water, 0 for a vacuum; `added_mass` C_a across the cable, 1 for a
+    cylinder in unbounded water; `axial_damping` the damping ratio of the shortest axial wave, two
+    segments long: longer waves are damped less, in proportion to their frequency.
     """
 
     length_m: float
@@ -103,16 +89,9 @@ def lumped_tether(tether: Tether, *, density_kgpm3: float, gravity_mps2: float) 
 class TetherState:
     """Where a tether is and how it moves; n segments in use, from the top down.
 
-    Attributes
-    ----------
-    position_ned_m, velocity_ned_mps : ndarray, shape (n + 1, 3)
-        Of the nodes. [m], [m/s]
-    rest_length_m : ndarray, shape (n,)
-        Unstretched lengths of the segments. [m]
-    drum_speed_radps : float
-        Of the winch, positive pays out. [rad/s]
-    owed_m : float
-        Rest length that was put off when a node was taken out; it is given back within seconds.
+    Nodes at `position_ned_m` with `velocity_ned_mps` (n + 1, 3) [m, m/s], segments of unstretched
+    lengths `rest_length_m` (n,) [m]; `drum_speed_radps` of the winch, positive pays out [rad/s];
+    `owed_m` was put off when a node was taken out, and is given back within seconds [m].
     """
 
     position_ned_m: FloatArray
@@ -132,30 +111,13 @@ class TetherHistory:
     """A tether's run, sampled at every step, m + 1 samples.
 
     Nodes beyond those in use are NaN; with a winch the top stays node 0 and the lower end is node
-    ``segments[k]``.
-
-    Attributes
-    ----------
-    time_s : ndarray, shape (m + 1,)
-        [s]
-    position_ned_m : ndarray, shape (m + 1, nodes, 3)
-        [m]
-    tension_n : ndarray, shape (m + 1, nodes - 1)
-        Of the segments. [N]
-    force_on_top_ned_n, force_below_ned_n : ndarray, shape (m + 1, 3)
-        Of the cable on the bodies at its ends: tension, with weight and drag of the half segment;
-        without its inertia. [N]
-    wrench_on_vehicle : ndarray, shape (m + 1, 6)
-        All that the tether does to the vehicle, inertia of the half segment included; body axes,
-        about the body origin. Zeros without a vehicle. [N, N m]
-    segments : ndarray, shape (m + 1,)
-        In use.
-    paid_out_m, drum_speed_radps : ndarray, shape (m + 1,)
-        [m], [rad/s]
-    substeps : ndarray, shape (m + 1,)
-        Of the step that begins at the sample.
-    final : TetherState
-        To go on from.
+    ``segments[k]``. `position_ned_m` (m + 1, nodes, 3) [m]; `tension_n` (m + 1, nodes - 1) of the
+    segments [N]; `force_on_top_ned_n`, `force_below_ned_n` (m + 1, 3) of the cable on the bodies at
+    its ends, tension with weight and drag of the half segment, without its inertia [N];
+    `wrench_on_vehicle` (m + 1, 6) all that the tether does to the vehicle, inertia of the half
+    segment included, body axes, about the body origin, zeros without a vehicle [N, N m]; `segments`
+    in use, `paid_out_m`, `drum_speed_radps`, and `substeps` of the step that begins at the sample,
+    (m + 1,). `final` is to go on from.
     """
 
     time_s: FloatArray

@@ -52,16 +52,8 @@ class TetherLog:
 class TetheredMover:
     """Moves a vehicle and its tether together; see `Mover`.
 
-    Attributes
-    ----------
-    cable : Tether or LumpedTether
-        The tether.
-    winch : Winch, optional
-        At its upper end; without it the length stays.
-    orders : sequence of WinchOrder
-        What the winch is told; before the first it is braked.
-    state : TetherState, optional
-        Of the tether now; at rest at first.
+    `winch` at the upper end, without it the length stays; `orders` are what it is told, before the
+    first it is braked; `state` of the tether now, at rest at first.
     """
 
     cable: Tether | LumpedMassTether

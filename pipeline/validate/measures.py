@@ -27,20 +27,10 @@ def keeping(
     range_n_nm: FloatArray,
     power: PowerModel | None,
 ) -> KeepingFlight:
-    """Errors, cuts and power of one flight.
+    """Errors, cuts and power of one flight by a variant, "ideal", "mooring" or "compensated".
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The true vehicle.
-    variant : {"ideal", "mooring", "compensated"}
-        What flew it.
-    flight : Flight
-        The flight.
-    range_n_nm : ndarray, shape (4,)
-        Largest surge, heave, pitch, yaw at this speed; 0 where there is none. [N], [N m]
-    power : PowerModel, optional
-        Where the bench knows it.
+    `range_n_nm` (4,) is the largest surge, heave, pitch, yaw at this speed, 0 where there is none
+    [N, N m]; `power` is given where the bench knows it.
     """
     error = flight.reference - flight.motion
     rms = np.sqrt(np.mean(error**2, axis=0))

@@ -76,14 +76,8 @@ def fastest_kept_mps(packed: PackedVehicle, thrust_of_wrench: FloatArray) -> flo
 def push(design: Design, range_n_nm: FloatArray) -> FloatArray:
     """Amplitudes (4,) of the disturbance on surge, heave, pitch, yaw. [N], [N m].
 
-    Surge is left alone: what the speed does then is the allocator's doing.
-
-    Parameters
-    ----------
-    design : Design
-        Of the autopilot.
-    range_n_nm : ndarray, shape (4,)
-        Range at the highest speed.
+    Surge is left alone: what the speed does then is the allocator's doing. `range_n_nm` (4,) is
+    that at the highest speed. [N], [N m]
     """
     heave = design.heave_mass_kg * design.depth_bandwidth**2 * PUSH_DEPTH_M
     yaw = design.yaw_inertia_kgm2 * design.heading_bandwidth**2 * np.radians(PUSH_HEADING_DEG)

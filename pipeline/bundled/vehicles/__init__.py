@@ -19,17 +19,7 @@ def bundled_vehicles() -> tuple[str, ...]:
 
 
 def bundled_vehicle(name: str) -> Path:
-    """Return the folder of a bundled vehicle.
-
-    Parameters
-    ----------
-    name : str
-        One of `bundled_vehicles`.
-
-    Returns
-    -------
-    Path
-        A folder that holds ``vehicle.yaml``, as `pipeline.vehicle.load.load_vehicle` takes it.
+    """Return the folder of a bundled vehicle, as `pipeline.vehicle.load.load_vehicle` takes it.
 
     Raises
     ------
