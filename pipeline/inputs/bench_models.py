@@ -32,14 +32,8 @@ def bench_model(
 ) -> BenchModel | None:
     """Return what the bench says of the thrusters, None where no model asks for it.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With a model.
-    results : callable
-        Where results are read.
-    measured_at_rest : bool
-        Whether what was measured at rest is the truth there for every thruster of the tables.
+    With `measured_at_rest` what was measured at rest is the truth there for every thruster of the
+    tables.
 
     Raises
     ------

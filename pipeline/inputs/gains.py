@@ -24,16 +24,8 @@ def gains_of_runs(
 ) -> ThrusterGains:
     """Tell what each thruster gave in each run.
 
-    Parameters
-    ----------
-    one : SimulatedVehicle
-        The vehicle.
-    tables : sequence of RunTable
-        Its runs.
-    sound : sequence of RunTable
-        Runs that their notes call healthy; one of `tables` is judged by the others.
-    sound_name : str
-        How to call them; their names if empty.
+    `sound` are runs that their notes call healthy, one of `tables` is judged by the others;
+    `sound_name` is how to call them, their names if empty.
     """
     return gains_of(
         one.packed,
@@ -47,15 +39,10 @@ def gains_of_runs(
 
 
 def sound_runs(one: SimulatedVehicle) -> tuple[dict[Path, str], tuple[str, ...]]:
-    """Find the logs of a vehicle's sound runs.
+    """Find the logs of a vehicle's sound runs, each with why it is taken for one.
 
-    Notes count before days: a run with ``healthy: false`` is none on any day.
-
-    Returns
-    -------
-    tuple of dict and tuple of str
-        Each log with why it is taken for a sound run; and notes that could not be read, whose runs
-        are therefore left out.
+    Notes count before days: a run with ``healthy: false`` is none on any day. Also returns the
+    notes that could not be read, whose runs are therefore left out.
     """
     found: dict[Path, str] = {}
     refused: list[str] = []

@@ -15,16 +15,13 @@ _MOST_NAMED = 4
 def with_reason(what: str) -> Iterator[None]:
     """Turn what linear algebra and the checks of a record raise into `CannotComputeError`.
 
-    Parameters
-    ----------
-    what : str
-        What is computed, for the sentence.
+    `what` is computed, for the sentence. A file that does not fit its schema is another matter: the
+    readers of files say so themselves.
 
     Raises
     ------
     CannotComputeError
-        In their place. A file that does not fit its schema is another matter: the readers of files
-        say so themselves.
+        In their place.
     """
     try:
         yield

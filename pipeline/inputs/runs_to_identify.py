@@ -72,7 +72,7 @@ def read_run(
 ) -> tuple[RunRead, RunTable]:
     """Read a log for the fits: on one time base, dead and unwanted channels left out.
 
-    With what the notes of the run and the vehicle file's tether say of it (`known_of_run`).
+    With what the notes of the run and the vehicle file's tether say of it (`with_known`).
 
     Raises
     ------

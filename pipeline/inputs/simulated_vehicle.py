@@ -44,12 +44,8 @@ class SimulatedVehicle:
 def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
     """Find a vehicle, read it with what the bench gave, and pack it.
 
-    Parameters
-    ----------
-    text : str
-        A name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled name.
-    raw, out : Path
-        The raw folder, and the folder that holds ``processed/``.
+    `text` is a name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled
+    name; `out` holds ``processed/``.
 
     Raises
     ------

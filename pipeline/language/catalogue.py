@@ -86,18 +86,7 @@ class Catalogue:
             self._anywhere.append((max(template.literals, key=len), template, entry))
 
     def say(self, text: str) -> str:
-        """Translate a text of any number of lines.
-
-        Parameters
-        ----------
-        text : str
-            English.
-
-        Returns
-        -------
-        str
-            As much of it as is in the catalogue, translated.
-        """
+        """Translate a text of any number of lines, as much of it as is in the catalogue."""
         if "\n" in text:
             return "\n".join(self.say(line) for line in text.split("\n"))
         found = _EDGE.match(text)

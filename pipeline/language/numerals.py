@@ -59,15 +59,7 @@ def is_measured(text: str) -> bool:
 def in_russian(text: str) -> str:
     r"""Write the numbers and units of a text as a Russian reader expects them.
 
-    Parameters
-    ----------
-    text : str
-        English or translated.
-
-    Returns
-    -------
-    str
-        With decimal comma; a list of such numbers is set apart by semicolons.
+    With decimal comma; a list of such numbers is set apart by semicolons.
 
     >>> in_russian("0.5, 1.0 and −1.5 m/s"), in_russian("[0.137, 0.141]")
     ('0,5; 1,0 and −1,5 м/с', '[0,137; 0,141]')

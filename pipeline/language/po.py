@@ -22,17 +22,7 @@ class Entry:
 
 
 def read_po(text: str) -> list[Entry]:
-    r"""Read a catalogue.
-
-    Parameters
-    ----------
-    text : str
-        Of the file.
-
-    Returns
-    -------
-    list of Entry
-        In the order of the file, the head (of the empty message) among them.
+    r"""Read a catalogue: its entries in order, the head (of the empty message) among them.
 
     Raises
     ------

@@ -10,17 +10,7 @@ from pipeline.reader_language import ENGLISH, current
 
 
 def translate(text: str) -> str:
-    """Say a text in the language of this process.
-
-    Parameters
-    ----------
-    text : str
-        English, of any number of lines.
-
-    Returns
-    -------
-    str
-        The text itself where the language is English.
+    """Say an English text, of any number of lines, in the language of this process.
 
     >>> translate("row 3")
     'row 3'

@@ -21,18 +21,9 @@ from pipeline.physics.added_mass_sections import rectangle_section
 
 @dataclass(frozen=True)
 class ComparedValue:
-    """A printed number and what was computed for it.
+    """A printed number, None where the paper prints nothing, and what was computed for it.
 
-    Attributes
-    ----------
-    name, unit : str
-        What it is.
-    printed : float or None
-        In the paper; None where it prints nothing.
-    computed : float
-        By the formula named in `note`.
-    note : str
-        Which reading, and what to think of it.
+    `note` names the formula: which reading, and what to think of it.
     """
 
     name: str
@@ -46,17 +37,11 @@ class ComparedValue:
 class PotapovGalyaev:
     """Every added mass of the paper.
 
-    Attributes
-    ----------
-    surge, heave_formula, heave_figure, tilt_inertia : ComparedValue
-        (M_a)_11, (M_a)_33 by the printed formula, (M_a)_33 with the coefficient that gives the
-        printed figure, (J_a)_11.
-    section_mass, section_inertia : ComparedValue
-        The two coefficients that the paper quotes for a square of side 2a.
-    surge_measured_kg : float
-        (M_a)_11 from the slope of acceleration against thrust in the pool. [kg]
-    surge_in_conclusion_kg : float
-        What section 4.1 of the paper prints for the computed (M_a)_11. [kg]
+    `surge` (M_a)_11, `heave_formula` (M_a)_33 as printed, `heave_figure` with the coefficient that
+    gives the printed figure, `tilt_inertia` (J_a)_11; `section_mass`, `section_inertia` the two
+    coefficients that the paper quotes for a square of side 2a; `surge_measured_kg` (M_a)_11 from
+    the slope of acceleration against thrust in the pool, `surge_in_conclusion_kg` what section 4.1
+    prints for the computed one.
     """
 
     surge: ComparedValue
@@ -79,14 +64,8 @@ def potapov_galyaev(
 ) -> PotapovGalyaev:
     """Return the paper's added masses, printed and computed; the defaults are the paper's sizes.
 
-    Parameters
-    ----------
-    radius_m, height_m : float
-        Cylinder. [m]
-    outer_side_m, inner_side_m : float
-        Frame, taken as the larger plate less the smaller. [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
+    Cylinder of `radius_m` and `height_m`; frame, taken as the larger plate less the smaller, of
+    `outer_side_m` and `inner_side_m` [m]; water of `density_kgpm3`.
 
     References
     ----------

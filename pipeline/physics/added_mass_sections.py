@@ -31,14 +31,8 @@ from pipeline.types import FloatArray
 class SectionAddedMass:
     """Added mass of a section, per metre along x.
 
-    Attributes
-    ----------
-    sway_kgpm : float
-        For motion along y. [kg/m]
-    heave_kgpm : float
-        For motion along z. [kg/m]
-    roll_kgm : float
-        Moment of inertia for rotation about the section's centre. [kg m]
+    `sway_kgpm`, `heave_kgpm` for motion along y and z [kg/m], `roll_kgm` the moment of inertia for
+    rotation about the section's centre [kg m].
     """
 
     sway_kgpm: float
@@ -47,31 +41,22 @@ class SectionAddedMass:
 
 
 def rectangle_section(width_m: float, height_m: float, density_kgpm3: float) -> SectionAddedMass:
-    r"""Return the added mass of a rectangular section, exact (Schwarz-Christoffel).
+    r"""Return the added mass of a rectangular section of full sides along y and z, exact.
 
-    With the corners at :math:`\theta = \pm\beta, \pi \pm \beta`, k = sin(beta) and
-    k' = cos(beta), the half-height and half-width are
+    Schwarz-Christoffel: with the corners at :math:`\theta = \pm\beta, \pi \pm \beta`, k = sin(beta)
+    and k' = cos(beta), the half-height and half-width are
 
     .. math:: h = 2 c\,[E(k) - k'^2 K(k)], \quad w = 2 c\,[E(k') - k^2 K(k')], \quad
         a_1 = c \cos 2\beta.
 
-    Parameters
-    ----------
-    width_m, height_m : float
-        Full sides along y and z. [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
+    The square of side 2a has m = (Gamma(1/4)^4 / (2 pi^2) - 4) rho a^2 = 4.754 rho a^2 and
+    J = 0.725 rho a^4: the two numbers of Newman's table 4.3. They are per metre of a long square
+    bar, not those of a square plate.
 
     Raises
     ------
     CannotComputeError
         Sides or density not above zero, or sides in a ratio beyond 1 : 1000.
-
-    Notes
-    -----
-    The square of side 2a has m = (Gamma(1/4)^4 / (2 pi^2) - 4) rho a^2 = 4.754 rho a^2 and
-    J = 0.725 rho a^4: the two numbers of Newman's table 4.3. They are per metre of a long square
-    bar, not those of a square plate.
 
     >>> square = rectangle_section(2.0, 2.0, 1.0)
     >>> round(square.sway_kgpm, 3), round(square.heave_kgpm, 3), round(square.roll_kgm, 3)

@@ -88,21 +88,9 @@ def ellipsoid_added_mass(
 
 
 def disc_added_mass(radius_m: float, density_kgpm3: float) -> tuple[float, float]:
-    r"""Return the added mass of a thin disc across itself, and its inertia about a diameter.
+    r"""Return mass [kg] across a thin disc and inertia [kg m^2] about a diameter.
 
     .. math:: m = \tfrac{8}{3} \rho r^3, \qquad J = \tfrac{16}{45} \rho r^5
-
-    Parameters
-    ----------
-    radius_m : float
-        Radius. [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-
-    Returns
-    -------
-    tuple of float
-        Mass [kg] and inertia [kg m^2].
 
     References
     ----------
@@ -118,29 +106,17 @@ def disc_added_mass(radius_m: float, density_kgpm3: float) -> tuple[float, float
 def moved_added_mass(
     added_mass: FloatArray, position_m: FloatArray, rotation: FloatArray | None = None
 ) -> FloatArray:
-    r"""Return the added mass of a part as seen from the vehicle's reference point.
+    r"""Return the added mass of a part as seen from the vehicle's reference point O, (6, 6).
 
     .. math::
 
         A_O = H^T A_P H, \qquad
         H = \begin{pmatrix} R^T & -R^T S(r) \\ 0 & R^T \end{pmatrix}, \qquad S(r)\,v = r \times v
 
-    H turns the velocities of the reference point O into those of the part's point P. Sum the
-    matrices of the parts; their interaction is left out, as in the papers.
-
-    Parameters
-    ----------
-    added_mass : ndarray, shape (6, 6)
-        About the part's point P, in the part's axes. [kg, kg m, kg m^2]
-    position_m : ndarray, shape (3,)
-        Vector r from O to P, in vehicle axes. [m]
-    rotation : ndarray, shape (3, 3), optional
-        R, whose columns are the part's axes in vehicle axes; none if they are parallel.
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        About O, in vehicle axes. [kg, kg m, kg m^2]
+    H turns the velocities of O into those of the part's point P. Sum the matrices of the parts;
+    their interaction is left out, as in the papers. `added_mass` (6, 6) is about P, in the part's
+    axes [kg, kg m, kg m^2], `position_m` r (3,) from O to P in vehicle axes [m], the columns of
+    `rotation` R (3, 3) are the part's axes in vehicle axes; none if they are parallel.
 
     References
     ----------

@@ -47,20 +47,9 @@ def carry(
 ) -> None:
     """Add a body to a parameter vector, in place; what is zero leaves its numbers untouched.
 
-    Parameters
-    ----------
-    vector : ndarray
-        Parameter vector; its density is the water's.
-    mass_kg, volume_m3 : float
-        Mass in air [kg] and volume [m^3]; negative for what was taken off.
-    position_m : ndarray, shape (3,)
-        Centre of mass and of volume, body axes. [m]
-    gravity_mps2 : float
-        [m/s^2]
-    inertia_kgm2 : ndarray, shape (3,), optional
-        I_xx, I_yy, I_zz about its own centre, of the sign of the mass; a point otherwise. [kg m^2]
-    name : str
-        For messages.
+    `mass_kg` in air and `volume_m3` are negative for what was taken off; `position_m` (3,) is the
+    centre of both, body axes; `inertia_kgm2` (3,) I_xx, I_yy, I_zz about it, of the sign of the
+    mass, a point otherwise; `name` is for messages. The density is that of the vector.
 
     Raises
     ------

@@ -21,21 +21,10 @@ from pipeline.types import ArrayLike, FloatArray
 
 
 def catenary_parameter(span_m: float, rise_m: float, length_m: float) -> float:
-    r"""Return x of :math:`\sinh(x) / x = \sqrt{L^2 - v^2} / h`.
+    r"""Return x = h / (2 c) of :math:`\sinh(x) / x = \sqrt{L^2 - v^2} / h`. [-].
 
-    Parameters
-    ----------
-    span_m : float
-        Distance h between the ends across the load, above zero. [m]
-    rise_m : float
-        Distance v between the ends along the load, either sign. [m]
-    length_m : float
-        Length L, above the distance between the ends. [m]
-
-    Returns
-    -------
-    float
-        x = h / (2 c). [-]
+    The ends are h = `span_m` above zero apart across the load and v = `rise_m` of either sign along
+    it; the length L is above their distance. [m]
 
     Raises
     ------
@@ -81,19 +70,15 @@ def uniform_load_cable(
     ----------
     arc_length_m : array_like, shape (n,)
         Distances along the cable from its start. [m]
-    length_m : float
-        Length. [m]
-    start_m, end_m : ndarray, shape (3,)
-        Ends. [m]
+    length_m, start_m, end_m : float, ndarray of shape (3,)
+        Length and ends. [m]
     load_npm : ndarray, shape (3,)
         Force on a metre of cable, e.g. (0, 0, wet weight) in NED. [N/m]
 
     Returns
     -------
-    position_m : ndarray, shape (n, 3)
-        Places of the points. [m]
-    tension_n : ndarray, shape (n, 3)
-        Tension times the tangent that points from start to end. [N]
+    position_m, tension_n : ndarray, shape (n, 3)
+        Places [m]; tension times the tangent that points from start to end [N].
 
     Raises
     ------

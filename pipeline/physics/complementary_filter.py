@@ -21,24 +21,11 @@ _PARABOLA = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
 def followed(
     values: FloatArray, read: BoolArray, summed: FloatArray, period_s: float
 ) -> FloatArray | None:
-    """Follow accelerations, at the level of readings.
+    """Follow accelerations, at the level of readings, (m, k).
 
-    Parameters
-    ----------
-    values : ndarray, shape (m, k)
-        A velocity; read where `read` (m,) is true.
-    read : ndarray of bool, shape (m,)
-        Rows with a reading of their own.
-    summed : ndarray, shape (m, k)
-        Sum of the accelerations over time, of any constant.
-    period_s : float
-        Between two rows.
-
-    Returns
-    -------
-    ndarray or None
-        Shape (m, k). None where the readings about one foretell it better without accelerations,
-        or are too few.
+    `values` (m, k) are a velocity, read where `read` (m,) is true; `summed` (m, k) the sum of the
+    accelerations over time, of any constant; `period_s` between two rows. None where the readings
+    about one foretell it better without accelerations, or are too few.
     """
     at = np.flatnonzero(read)
     if at.size < len(_PARABOLA):

@@ -40,12 +40,8 @@ def surface_basis(
 ) -> FloatArray:
     """Terms of the surface, shape (..., k): the derivative of M to each coefficient.
 
-    Parameters
-    ----------
-    shaft_speed_rps, code : array_like, broadcast together to shape (...)
-        Shaft speed [rev/s] and control code.
-    surface : TorqueSurface
-        Its `coefficients` are not used.
+    At shaft speed [rev/s] and control code that broadcast to shape (...); the `coefficients` of the
+    surface are not used.
     """
     x, inside, y = _coordinates(shaft_speed_rps, code, surface)
     power = surface.exponents[:, 0]
@@ -73,16 +69,9 @@ def _coordinates(
 
 
 def drive_torque(shaft_speed_rps: ArrayLike, code: ArrayLike, surface: TorqueSurface) -> FloatArray:
-    """Torque of the drive at the shaft, shape (...) [N m].
+    """Torque of the drive [N m], shape (...), at shaft speeds [rev/s] and codes.
 
-    Parameters
-    ----------
-    shaft_speed_rps : array_like
-        Shaft speed. [rev/s]
-    code : array_like
-        Control code; its sign is ignored, the drive is taken as symmetric.
-    surface : TorqueSurface
-        The fitted family.
+    The sign of a code is ignored: the drive is taken as symmetric.
 
     Examples
     --------

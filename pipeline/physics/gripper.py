@@ -30,16 +30,8 @@ from pipeline.types import FloatArray
 class HeldPayload:
     """A payload in the latch, in body axes.
 
-    Attributes
-    ----------
-    mass_kg : float
-        Dry mass. [kg]
-    volume_m3 : float
-        Displaced volume; its centre is the centre of mass. [m^3]
-    position_m : tuple of 3 floats
-        Centre of mass. [m]
-    inertia_kgm2 : tuple of 3 floats
-        Principal inertia about its centre, along the body axes. [kg m^2]
+    `mass_kg` is dry; `volume_m3` displaced, its centre is the centre of mass `position_m`;
+    `inertia_kgm2` the principal inertia about it, along the body axes.
     """
 
     mass_kg: float
@@ -64,18 +56,9 @@ class HeldPayload:
 
 @dataclass(frozen=True)
 class Latch:
-    """What a latch can carry, at its own place.
+    """What a latch at `position_m` (body axes) can carry: force and, about its place, moment.
 
-    Attributes
-    ----------
-    position_m : tuple of 3 floats
-        Where it holds, body axes. [m]
-    strength_n : float
-        Largest force. [N]
-    strength_nm : float
-        Largest moment about its place. [N m]
-    closing_s : float
-        Time in which it closes on a payload. [s]
+    `closing_s` is the time in which it closes on a payload.
     """
 
     position_m: tuple[float, float, float]
@@ -86,10 +69,7 @@ class Latch:
     def load_share(self, wrench: FloatArray) -> float:
         """Return load over strength, the larger of force and moment; above 1 the latch fails.
 
-        Parameters
-        ----------
-        wrench : ndarray, shape (6,)
-            About the body origin, body axes. [N, N m]
+        The `wrench` (6,) is about the body origin, body axes. [N, N m]
 
         Examples
         --------
@@ -121,24 +101,15 @@ def latch_reaction(
     gravity_mps2: float,
     density_kgpm3: float,
 ) -> FloatArray:
-    """Return the wrench of a held payload on the vehicle.
+    """Return the wrench of a held payload on the vehicle, (6,) or (k, 6), body axes. [N, N m].
 
     Parameters
     ----------
-    payload : HeldPayload
-        What is held.
     nu_relative, nu_dot_relative : ndarray, shape (6,) or (k, 6)
         Velocity relative to the water and its rate, body axes, at the body origin.
         [m/s, rad/s; m/s^2, rad/s^2]
     down_body : ndarray, shape (3,) or (k, 3)
         Unit vector down, in body axes: the last row of R. [-]
-    gravity_mps2, density_kgpm3 : float
-        [m/s^2], [kg/m^3]
-
-    Returns
-    -------
-    ndarray, shape (6,) or (k, 6)
-        Force and moment about the body origin, body axes. [N, N m]
 
     Examples
     --------
@@ -176,18 +147,14 @@ def close_on(
     ----------
     mass_matrix : ndarray, shape (6, 6)
         Of the vehicle without the payload, added mass included. [kg, kg m, kg m^2]
-    payload : HeldPayload
-        What it closes on.
     nu, nu_payload : ndarray, shape (6,)
         Velocities of vehicle and payload, both taken at the vehicle's body origin and relative to
         the water. [m/s, rad/s]
 
     Returns
     -------
-    nu_after : ndarray, shape (6,)
-        [m/s, rad/s]
-    impulse : ndarray, shape (6,)
-        On the vehicle, about the body origin, body axes. [N s, N m s]
+    nu_after, impulse : ndarray, shape (6,)
+        About the body origin, body axes. [m/s, rad/s], [N s, N m s]
 
     Examples
     --------

@@ -11,21 +11,9 @@ from pipeline.types import ArrayLike, FloatArray
 def advance_ratio(
     speed_mps: ArrayLike, shaft_speed_rps: ArrayLike, diameter_m: float
 ) -> FloatArray:
-    r"""Advance ratio :math:`J = V_a / (n D)`.
+    r"""Advance ratio :math:`J = V_a / (n D)`. [-].
 
-    Parameters
-    ----------
-    speed_mps : array_like
-        Speed of the inflow, positive from ahead. [m/s]
-    shaft_speed_rps : array_like
-        Shaft speed, not zero. [rev/s]
-    diameter_m : float
-        Propeller diameter. [m]
-
-    Returns
-    -------
-    ndarray
-        J. [-]
+    `speed_mps` of the inflow is positive from ahead, `shaft_speed_rps` n [rev/s] is not zero.
 
     References
     ----------
@@ -38,23 +26,11 @@ def advance_ratio(
 
 
 def polynomial(variable: ArrayLike, coefficients: ArrayLike) -> FloatArray:
-    r"""Evaluate :math:`\sum_i a_i x^i`: K_T(J), K_M(J) of Kostenko 2023, eq. (2).
+    r"""Evaluate :math:`\sum_i a_i x^i`: K_T(J), K_M(J) of Kostenko 2023, eq. (2), shape (...). [-].
 
-    Parameters
-    ----------
-    variable : array_like, shape (...)
-        Advance ratio J. [-]
-    coefficients : array_like, shape (d + 1,) or (d + 1, ...)
-        a_0 ... a_d, ascending powers; the same for all J, or of each its own. [-]
-
-    Returns
-    -------
-    ndarray, shape (...)
-        The coefficient at each J. [-]
-
-    Notes
-    -----
-    No clipping: the measured range of J travels with the fit, and the caller decides.
+    `coefficients` (d + 1,) or (d + 1, ...), ascending powers, are the same for all J, or of each
+    its own. Nothing is clipped: the measured range of J travels with the fit, and the caller
+    decides.
 
     >>> polynomial(np.array([0.0, 0.5]), np.array([0.139, -0.155, -0.061])).round(4).tolist()
     [0.139, 0.0463]
@@ -75,10 +51,9 @@ def thrust(
     diameter_m: float,
     density_kgpm3: float,
 ) -> FloatArray:
-    r"""Thrust :math:`T = K_T(J) \rho n^2 D^4` of Kostenko 2023, eq. (1), in SI units.
+    r"""Thrust :math:`T = K_T(J) \rho n^2 D^4` of Kostenko 2023, eq. (1), in SI units. [N].
 
     The paper's rho = 102 kg s^2/m^4 times g = 9.81 m/s^2 is the density 1000.62 kg/m^3.
-    Valid for n > 0.
 
     Parameters
     ----------
@@ -88,15 +63,6 @@ def thrust(
         Speed of the inflow, positive from ahead. [m/s]
     coefficients : array_like, shape (d + 1,)
         K_T polynomial, ascending. [-]
-    diameter_m : float
-        Propeller diameter. [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-
-    Returns
-    -------
-    ndarray
-        Thrust. [N]
 
     >>> t = thrust(1692 / 60, 0.0, coefficients=[0.139, -0.155, -0.061],
     ...            diameter_m=0.14, density_kgpm3=1000.62)
@@ -116,14 +82,9 @@ def torque(
     diameter_m: float,
     density_kgpm3: float,
 ) -> FloatArray:
-    r"""Torque :math:`M = K_M(J) \rho n^2 D^5` of Kostenko 2023, eq. (1), in SI units.
+    r"""Torque :math:`M = K_M(J) \rho n^2 D^5` that the shaft must supply, eq. (1). [N m].
 
-    Parameters as in `thrust`, with the K_M polynomial.
-
-    Returns
-    -------
-    ndarray
-        Torque that the shaft must supply. [N m]
+    As `thrust`, with the K_M polynomial.
 
     >>> m = torque(1692 / 60, 0.0, coefficients=[0.0171, -0.0164, -0.0055],
     ...            diameter_m=0.14, density_kgpm3=1000.62)
@@ -138,17 +99,7 @@ def torque(
 def efficiency(
     advance_ratio: ArrayLike, thrust_coefficient: ArrayLike, torque_coefficient: ArrayLike
 ) -> FloatArray:
-    r"""Open-water efficiency :math:`\eta = J K_T / (2 \pi K_M)`.
-
-    Parameters
-    ----------
-    advance_ratio, thrust_coefficient, torque_coefficient : array_like
-        J, K_T, K_M. [-]
-
-    Returns
-    -------
-    ndarray
-        Efficiency. [-]
+    r"""Open-water efficiency :math:`\eta = J K_T / (2 \pi K_M)`. [-].
 
     References
     ----------

@@ -30,14 +30,8 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 class EquivalentSpheroid:
     """What Lamb's spheroid of the hull's length and volume says about the ends.
 
-    Attributes
-    ----------
-    radius_m : float
-        Largest radius of that spheroid. [m]
-    surge_kg : float
-        Its surge added mass. [kg]
-    sway_factor, yaw_factor : float
-        Exact sway mass and yaw inertia over those of strips, for the spheroid. [-]
+    Largest radius [m] and surge added mass [kg] of it; `sway_factor`, `yaw_factor` its exact sway
+    mass and yaw inertia over those of strips [-].
     """
 
     radius_m: float
@@ -51,24 +45,9 @@ def slender_hull_added_mass(
 ) -> FloatArray:
     r"""Return the added mass of a hull of circular sections, :math:`a_y = a_z = \rho \pi R(x)^2`.
 
-    Parameters
-    ----------
-    station_m : array_like, shape (n,)
-        Positions along x. [m]
-    radius_m : array_like, shape (n,)
-        Radius at each station, taken as linear between stations (cones). [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        Symmetric; surge and roll are zero. [kg, kg m, kg m^2]
-
-    Notes
-    -----
-    The integral of the cones is exact whatever the number of stations: n stations are n - 1
-    intervals, and a cylinder given by its two ends has exactly the mass of its water.
+    `radius_m` (n,) at the stations along x is taken as linear between them (cones), whose integral
+    is exact whatever their number: a cylinder given by its two ends has exactly the mass of its
+    water. (6, 6), symmetric; surge and roll are zero. [kg, kg m, kg m^2]
 
     >>> a = slender_hull_added_mass([-1.0, 1.0], [0.1, 0.1], 1000.0)
     >>> float(round(a[1, 1] / (np.pi * 0.1**2 * 2 * 1000), 12))
@@ -89,16 +68,7 @@ def slender_hull_added_mass(
 def equivalent_spheroid(
     length_m: float, volume_m3: float, density_kgpm3: float
 ) -> EquivalentSpheroid:
-    """Return Lamb's spheroid of the same length and volume: surge mass and end factors.
-
-    Parameters
-    ----------
-    length_m : float
-        Length of the hull. [m]
-    volume_m3 : float
-        Displaced volume. [m^3]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
+    """Return Lamb's spheroid of the same length and displaced volume: surge mass and end factors.
 
     Raises
     ------

@@ -17,20 +17,10 @@ from pipeline.types import FloatArray
 
 @dataclass(frozen=True)
 class Cable:
-    """A uniform cable.
+    """A uniform cable of unstretched length.
 
-    Attributes
-    ----------
-    length_m : float
-        Unstretched length. [m]
-    diameter_m : float
-        Diameter. [m]
-    normal_drag, tangential_drag : float
-        C_n and C_t, both referred to the diameter. [-]
-    wet_weight_npm : float
-        Weight less buoyancy of a metre; negative floats. [N/m]
-    axial_stiffness_n : float or None
-        EA; None is a cable that does not stretch. [N]
+    C_n and C_t are both referred to the diameter; `wet_weight_npm` is weight less buoyancy of a
+    metre, negative floats; `axial_stiffness_n` is EA [N], None a cable that does not stretch.
     """
 
     length_m: float
@@ -43,18 +33,11 @@ class Cable:
 
 @dataclass(frozen=True)
 class TetherSolution:
-    """Shape and tension of a cable at rest.
+    """Shape and tension of a cable at rest, at n points, NED.
 
-    Attributes
-    ----------
-    arc_length_m : ndarray, shape (n,)
-        Unstretched distance from the start. [m]
-    position_m : ndarray, shape (n, 3)
-        Places, NED. [m]
-    tension_n : ndarray, shape (n, 3)
-        Tension times the tangent from start to end, NED. [N]
-    residual : float
-        Largest relative error of the equations between the nodes. [-]
+    `arc_length_m` (n,) unstretched distance from the start; `position_m` (n, 3); `tension_n` (n, 3)
+    tension times the tangent from start to end; `residual` the largest relative error of the
+    equations between the points.
     """
 
     arc_length_m: FloatArray
@@ -81,23 +64,10 @@ class TetherSolution:
 def tether_load(
     cable: Cable, velocity_mps: FloatArray, tangent: FloatArray, density_kgpm3: float
 ) -> FloatArray:
-    """Return the force of water and weight on a metre of cable.
+    """Return the force of water and weight on a metre of cable, (n, 3), NED. [N/m].
 
-    Parameters
-    ----------
-    cable : Cable
-        The cable.
-    velocity_mps : ndarray, shape (n, 3)
-        Velocity of the water past the cable, NED. [m/s]
-    tangent : ndarray, shape (n, 3)
-        Unit tangents. [-]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        Load, NED. [N/m]
+    `velocity_mps` (n, 3) is that of the water past the cable, NED; `tangent` (n, 3) are unit
+    vectors.
 
     Examples
     --------

@@ -66,20 +66,9 @@ def hull_drag_n(
 class Footprint:
     """The deployment of Table 2, in the paper's frame; the defaults are the paper's.
 
-    Attributes
-    ----------
-    cable : Cable
-        Length 200 m, diameter 14 mm, k_n = 1.8, k_tau = 0.025, neutral.
-    radius_m : float
-        Radius of the footprint. [m]
-    height_m : float
-        Y of the vehicle above the garage; Table 2 prints the depth, 50. [m]
-    vehicle_velocity_mps : tuple of 3 floats
-        V_a. [m/s]
-    current_mps : tuple of 3 floats
-        V_m. [m/s]
-    density_kgpm3 : float
-        Water; the paper states none, and Tables 5 and 6 follow with 1025. [kg/m^3]
+    Cable of 200 m and 14 mm, k_n = 1.8, k_tau = 0.025, neutral; `height_m` is Y of the vehicle
+    above the garage, Table 2 prints the depth, 50; V_a and V_m. Of the water the paper states no
+    density; Tables 5 and 6 follow with 1025.
     """
 
     cable: Cable = PAPER_CABLE

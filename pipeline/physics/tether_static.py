@@ -59,23 +59,12 @@ def solve_tether(
     density_kgpm3: float,
     nodes: int = 101,
 ) -> TetherSolution:
-    """Solve the cable between two given ends.
+    """Solve the cable between two given ends, NED.
 
     The two-point problem is solved by collocation (scipy's `solve_bvp`) from the catenary under the
     drag of the straight cable; if that does not converge, the true load is brought in by steps.
-
-    Parameters
-    ----------
-    cable : Cable
-        The cable.
-    start_m, end_m : ndarray, shape (3,)
-        Its ends, NED. [m]
-    flow : ndarray, shape (3,), or FlowField
-        Velocity of the water past the cable, the same everywhere or a function of position. [m/s]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-    nodes : int
-        Number of points returned, evenly spaced along the cable.
+    `flow` is the velocity of the water past the cable, (3,) everywhere or a function of position
+    [m/s]; `nodes` points are returned, evenly spaced along the cable.
 
     Raises
     ------

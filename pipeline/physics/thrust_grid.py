@@ -19,21 +19,10 @@ from pipeline.types import ArrayLike, FloatArray
 
 
 def dead_zone_code(coefficients: ArrayLike) -> float:
-    r"""Code up to which the thrust is zero: the root of K_F0 + K_F1 N + K_F2 N^2.
+    r"""Code up to which the thrust is zero: the root of K_F0 + K_F1 N + K_F2 N^2 [N].
 
-    The paper prints "T = 0 for |N| <= K_F0", but K_F0 is a (negative) thrust. The thrust is zero
-    where the polynomial is not positive, that is up to its first positive root.
-
-    Parameters
-    ----------
-    coefficients : array_like, shape (3,)
-        K_F0, K_F1, K_F2. [N]
-
-    Returns
-    -------
-    float
-        Edge of the dead zone; 0 if the polynomial does not start below zero, inf if it never
-        becomes positive.
+    The paper prints "T = 0 for |N| <= K_F0", but K_F0 is a (negative) thrust. 0 if the polynomial
+    does not start below zero, inf if it never becomes positive.
 
     References
     ----------
@@ -113,21 +102,10 @@ def code_from_thrust(
     negative: ThrustGrid,
     thrust_dead_n: float,
 ) -> FloatArray:
-    """Inverse characteristic N(T, V), not yet rounded to an integer code.
+    """Inverse characteristic N(T, V), signed and clamped to the grid's range, not yet rounded.
 
-    Parameters
-    ----------
-    thrust_n, speed_mps : array_like, broadcast together
-        Wanted thrust and speed of the vehicle along the thruster's positive direction. [N], [m/s]
-    positive, negative : ThrustGrid
-        The two signs of thrust.
-    thrust_dead_n : float
-        At and below this thrust the code is zero (Kostenko 2023, eq. 8: 0.5 N). [N]
-
-    Returns
-    -------
-    ndarray
-        Signed code, clamped to the grid's range.
+    Thrust [N] and speed of the vehicle along the thruster's positive direction [m/s] broadcast
+    together. At and below `thrust_dead_n` the code is zero (Kostenko 2023, eq. 8: 0.5 N).
     """
     thrust, speed = np.broadcast_arrays(np.asarray(thrust_n, float), np.asarray(speed_mps, float))
     code = np.zeros(thrust.shape)
@@ -149,19 +127,9 @@ def code_from_thrust(
 def thrust_from_code(
     code: ArrayLike, speed_mps: ArrayLike, *, positive: ThrustGrid, negative: ThrustGrid
 ) -> FloatArray:
-    """Forward characteristic T(N, V), the inverse of `code_from_thrust` where the code drives.
+    """Forward characteristic T(N, V) [N], the inverse of `code_from_thrust` where the code drives.
 
-    Parameters
-    ----------
-    code, speed_mps : array_like, broadcast together
-        Signed code, and speed of the vehicle along the thruster's positive direction. [m/s]
-    positive, negative : ThrustGrid
-        The two signs of thrust.
-
-    Returns
-    -------
-    ndarray
-        Thrust; inside the dead zone zero at rest and the drag's share under way. [N]
+    Inside the dead zone it is zero at rest and the drag's share under way.
     """
     codes, speed = np.broadcast_arrays(np.asarray(code, float), np.asarray(speed_mps, float))
     thrust = np.zeros(codes.shape)

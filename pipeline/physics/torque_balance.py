@@ -62,11 +62,6 @@ class WorkingPoints:
 def first_zero(coefficients: ArrayLike) -> float:
     """Smallest positive zero of a polynomial with ascending coefficients; inf if there is none.
 
-    Parameters
-    ----------
-    coefficients : array_like, shape (d + 1,)
-        a_0 ... a_d. [-]
-
     >>> round(first_zero([0.139, -0.155, -0.061]), 4)
     0.7025
     """
@@ -85,25 +80,10 @@ def working_points(
 ) -> WorkingPoints:
     r"""Solve :math:`K_M(J) \rho n^2 D^5 = M(n, N)` for n wherever the thrust is positive.
 
-    The search runs from the shaft speed at which K_T(V / nD) = 0 up to `fastest_shaft_rps`. If the
-    propeller already needs more torque than the drive gives at the lower end, the balance lies
-    where the thrust is negative, and the point is dead.
-
-    Parameters
-    ----------
-    code, speed_mps : array_like, broadcast together
-        Positive code, and speed along the thrust, not negative. [-], [m/s]
-    propeller : OpenWaterPropeller
-        Open-water curves.
-    surface : TorqueSurface
-        Mechanical characteristic of the drive.
-    fastest_shaft_rps : float
-        Upper end of the search. [rev/s]
-
-    Returns
-    -------
-    WorkingPoints
-        Shaped as code and speed broadcast.
+    Positive codes and speeds along the thrust, not negative, broadcast together. The search runs
+    from the shaft speed at which K_T(V / nD) = 0 up to `fastest_shaft_rps`. If the propeller
+    already needs more torque than the drive gives at the lower end, the balance lies where the
+    thrust is negative, and the point is dead.
 
     References
     ----------
@@ -136,16 +116,9 @@ def balanced(
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Return the shaft speeds without torque to spare [rev/s], where found, and what is dead.
 
-    Parameters
-    ----------
-    excess : callable
-        Torque of the propeller less that of the drive, of shaft speeds and `arguments`. [N m]
-    slowest_rps : ndarray
-        Lower end of the search; a point is dead where the drive lacks torque even there. [rev/s]
-    fastest_rps : float
-        Upper end of the search. [rev/s]
-    *arguments : ndarray
-        Shaped as `slowest_rps`.
+    `excess` is the torque of the propeller less that of the drive, of shaft speeds and `arguments`
+    [N m]; the search goes from `slowest_rps`, where a point is dead if the drive lacks torque even
+    there, to `fastest_rps`.
     """
     from scipy.optimize import elementwise
 
@@ -194,21 +167,11 @@ def thrust_slope(points: WorkingPoints, propeller: OpenWaterPropeller) -> FloatA
 
 
 def free_propeller_drag(speed_mps: ArrayLike, propeller: OpenWaterPropeller) -> FloatArray:
-    r"""Drag of a propeller that turns freely: the thrust where K_M = 0, with the sign turned.
+    r"""Drag of a propeller that turns freely, K_M = 0, with the sign of the speed. [N].
 
     .. math:: D = -\frac{K_T(J_0)}{J_0^2} \rho D^2 V |V|, \qquad K_M(J_0) = 0
 
-    Parameters
-    ----------
-    speed_mps : array_like
-        Speed of the inflow. [m/s]
-    propeller : OpenWaterPropeller
-        Open-water curves, here used beyond their fitted range.
-
-    Returns
-    -------
-    ndarray
-        Drag with the sign of the speed; a drive's friction adds to it. [N]
+    The curves are used beyond their fitted range; a drive's friction adds to it.
 
     Raises
     ------

@@ -25,26 +25,12 @@ from pipeline.types import FloatArray
 class Winch:
     """A drum with motor, gear and brake; torques and inertia are those at the drum.
 
-    Its numbers are checked where they come in (`vehicle.attachment_schema`).
-
-    Attributes
-    ----------
-    drum_radius_m : float
-        R, to the middle of the cable; the layers' growth is left out. [m]
-    inertia_kgm2 : float
-        J of drum, cable on it, gear and motor. [kg m^2]
-    stall_torque_nm : float
-        M_s, at full command and no speed. [N m]
-    no_load_radps : float
-        omega_0, at full command and no torque. [rad/s]
-    viscous_nms : float
-        b. [N m s]
-    dry_friction_nm : float
-        M_f. [N m]
-    brake_nm : float
-        Torque that the brake holds at command 0, on top of the friction. [N m]
-    shortest_m, longest_m : float
-        Paid-out length at which the drum stops hauling in, or paying out. [m]
+    `drum_radius_m` R to the middle of the cable, the layers' growth is left out; `inertia_kgm2` J
+    of drum, cable on it, gear and motor; at full command `stall_torque_nm` M_s at no speed and
+    `no_load_radps` omega_0 at no torque; `viscous_nms` b; `dry_friction_nm` M_f; `brake_nm` that
+    the brake holds at command 0, on top of the friction. At `shortest_m`, `longest_m` of paid-out
+    length the drum stops hauling in, or paying out. Checked where they come in
+    (`vehicle.attachment_schema`).
     """
 
     drum_radius_m: float
@@ -75,28 +61,11 @@ def drum_step(  # noqa: PLR0917 - the compiled kernel passes by position
     friction: float,
     brake: float,
 ) -> float:
-    """Advance the drum's speed by a step under a given tension.
+    """Advance the drum's speed [rad/s], positive pays out, by a step [s] under a tension [N].
 
     Friction and the motor's slope are implicit, so no step is too long for them and a drum that
-    friction holds stands still exactly. Plain numbers: the compiled kernel takes this function too.
-
-    Parameters
-    ----------
-    speed : float
-        omega before the step, positive pays out. [rad/s]
-    command : float
-        u. [-]
-    tension : float
-        F_1. [N]
-    dt : float
-        Step. [s]
-    radius, inertia, stall, no_load, viscous, friction, brake : float
-        As in `Winch`.
-
-    Returns
-    -------
-    float
-        omega after the step. [rad/s]
+    friction holds stands still exactly. Plain numbers, the last seven as in `Winch`: the compiled
+    kernel takes this function too. The command u is between -1 and 1.
 
     Examples
     --------

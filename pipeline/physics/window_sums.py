@@ -6,18 +6,7 @@ from pipeline.types import FloatArray, IntArray
 
 
 def sums_over(values: FloatArray, first: IntArray, end: IntArray) -> FloatArray:
-    """Add rows up from `first` to before `end`.
-
-    Parameters
-    ----------
-    values : ndarray, shape (m, ...)
-        Of each row.
-    first, end : ndarray of int, shape (k,)
-        Where windows begin, and the row after each; 0 to m.
-
-    Returns
-    -------
-    ndarray, shape (k, ...)
+    """Add up values (m, ...) from rows `first` (k,) to before `end` (k,): shape (k, ...).
 
     >>> import numpy as np
     >>> sums_over(np.array([1.0, 2.0, 4.0]), np.array([0, 1]), np.array([2, 3])).tolist()

@@ -48,29 +48,16 @@ LEFT_OUT_OF_TABLES = (
 
 @dataclass(frozen=True)
 class RunChannel:
-    """Readings of one quantity in the order of the file, none removed.
+    """Readings of one quantity in the order of the file, none removed; k readings of m columns.
 
-    Attributes
-    ----------
-    quantity : str
-        As in the vehicle file; Euler angles have become an attitude quaternion, pressure a depth.
-    columns : tuple of str
-        Names with units (``p_radps``, ``command.upper``).
-    time_ns : ndarray, shape (k,)
-        When a reading was stamped, on the clock of the log; its age `delay_s` is not yet taken
-        off. [ns since 1970]
-    log_time_ns : ndarray, shape (k,)
-        When the recorder received it. [ns since 1970]
-    values : ndarray, shape (k, m)
-        SNAME, not a number where a message lacks it.
-    marks : mapping
-        Name (see `MARKS`) -> which readings have it (k,); marks that no reading has are absent.
-    holds : bool
-        A value holds until the next one (commands).
-    period_s : float
-        Median time between readings, NaN for fewer than two. [s]
-    is_regular : bool
-        Readings come at a steady rate, not on change.
+    `quantity` as in the vehicle file, Euler angles have become an attitude quaternion, pressure a
+    depth; `columns` are names with units (``p_radps``, ``command.upper``); `time_ns` (k,) when a
+    reading was stamped on the clock of the log, its age `delay_s` not yet taken off, `log_time_ns`
+    (k,) when the recorder received it [ns since 1970]; `values` (k, m) SNAME, not a number where a
+    message lacks it; `marks` by name (see `MARKS`) which readings have it (k,), marks that no
+    reading has are absent; `holds`: a value holds until the next one (commands); `period_s` the
+    median time between readings, NaN for fewer than two; `is_regular`: readings come at a steady
+    rate, not on change.
     """
 
     quantity: str

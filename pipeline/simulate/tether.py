@@ -1,6 +1,6 @@
 """A tether of lumped masses: its description, its state, and what a run of it gives.
 
-It hangs at rest in `tether_alone` and moves with the vehicle in `tethered`; the equations are in
+It hangs at rest and moves with the vehicle in `tethered`; the equations are in
 `kernel_tether`.
 """
 

@@ -18,19 +18,7 @@ FORM_MARK = "form of rig2sea new"
 
 
 def is_at_supply(voltage_v: float | None, wanted_v: float | None) -> bool:
-    """Tell whether a reading belongs to the tables.
-
-    Parameters
-    ----------
-    voltage_v : float or None
-        Voltage of the reading, None where the file does not say it. [V]
-    wanted_v : float or None
-        Voltage of the tables, None where the vehicle file states none. [V]
-
-    Returns
-    -------
-    bool
-        True also where either is not known.
+    """Tell whether a reading at a voltage [V] belongs to the tables; unknown ones do.
 
     >>> [is_at_supply(volts, 16.0) for volts in (15.9, 14.0, None)], is_at_supply(12.0, None)
     ([True, False, True], True)

@@ -19,17 +19,10 @@ def listed_changes(
 ) -> tuple[FileChange, ...]:
     """List what becomes another number.
 
-    The interval of a key is that of the finding's parameters, each at its ends while the others
-    stay; what several of them do to one key adds up as the root of the squares.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        As its file states it, in its own axes.
-    changes : mapping of str to Change
-        Dotted path -> new value, in the file's axes.
-    ends : sequence of pairs of such mappings
-        The same at the ends of each parameter's interval.
+    `changes` are new values by dotted path, in the file's axes, `ends` the same at the ends of each
+    parameter's interval. The interval of a key is that of the finding's parameters, each at its
+    ends while the others stay; what several of them do to one key adds up as the root of the
+    squares.
     """
     stated = vehicle.model_dump()
     found = []

@@ -27,16 +27,9 @@ def share_changes(
 ) -> dict[str, Change]:
     """Say what to write so that the file gives each thruster what it was found to have left.
 
-    Parameters
-    ----------
-    section : HullShare
-        Wake fraction or thrust deduction, as the file states it.
-    names : sequence of str
-        All thrusters of the vehicle.
-    left : sequence of float
-        Of each what is left: 1 - w of the inflow or 1 - t of the thrust. [1]
-    std : float, optional
-        Standard uncertainty common to all, where it is to be written too. [1]
+    `section` is wake fraction or thrust deduction as the file states it, `left` of each of all
+    thrusters 1 - w of the inflow or 1 - t of the thrust, `std` the standard uncertainty common to
+    all, where it is to be written too. [1]
 
     >>> share_changes(WakeFraction(), ("port", "stbd"), (0.75, 0.75))
     {'model.wake_fraction.value': 0.25}
@@ -67,19 +60,8 @@ class Estimate:
 def with_plain_values(root: Node, shown_as: str) -> tuple[Node, dict[str, Estimate]]:
     """Put the values of estimates in their place.
 
-    Parameters
-    ----------
-    root : Node
-        The file as it was parsed.
-    shown_as : str
-        Its name in messages.
-
-    Returns
-    -------
-    Node
-        The tree with plain values, each with its line.
-    dict of str to Estimate
-        Dotted path, list entries by their place from 0 -> what was stated there.
+    Returns the tree with plain values, each with its line, and what was stated: an `Estimate` by
+    dotted path, list entries by their place from 0. `shown_as` is the file's name in messages.
 
     Raises
     ------

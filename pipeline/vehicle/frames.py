@@ -52,14 +52,9 @@ def vector_in_sname(vector: Vector3, frame: Frame) -> Vector3:
 
 
 def in_sname(vehicle: Vehicle) -> Vehicle:
-    """Return the vehicle with every body vector and tensor in SNAME axes.
+    """Return a vehicle, to be converted once, with every body vector and tensor in SNAME axes.
 
     `frame` goes on telling how the file states them.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        As its file states it; to be converted once.
     """
     frame = vehicle.frame
     if frame == "sname":
@@ -85,13 +80,8 @@ def in_sname(vehicle: Vehicle) -> Vehicle:
 def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, Change]:
     """Turn values that are to be written into a vehicle file from SNAME into its own frame.
 
-    Parameters
-    ----------
-    changes : mapping
-        Dotted path of the file -> new value, in SNAME: whole vectors (``..._m``), the whole inertia
-        and single entries of the added-mass matrix. Anything else is the same in every frame.
-    frame : {"sname", "paper", "ros"}
-        The file's.
+    `changes` are new values by dotted path: whole vectors (``..._m``), the whole inertia and single
+    entries of the added-mass matrix. Anything else is the same in every frame.
 
     >>> changes_as_stated({"model.rigid_body.centre_of_mass_m": (0.1, 0.0, 0.02)}, "paper")
     {'model.rigid_body.centre_of_mass_m': (0.1, -0.02, 0.0)}

@@ -10,20 +10,11 @@ _TOLERANCE = 1e-6
 
 
 def inertia_fault(inertia_kgm2: Sequence[float]) -> str | None:
-    r"""Check an inertia tensor about the centre of mass.
+    r"""Return the fault of an inertia tensor about the centre of mass, or None.
 
-    The principal moments must be positive, and none larger than the other two together:
-    :math:`I_1 + I_2 - I_3 = 2 \int z_3^2\, dm \ge 0`.
-
-    Parameters
-    ----------
-    inertia_kgm2 : sequence of 6 floats
-        I_xx, I_yy, I_zz and the integrals of xy, xz, yz over the mass. [kg m^2]
-
-    Returns
-    -------
-    str or None
-        The fault.
+    The principal moments must be positive, and none larger than the other two together: :math:`I_1
+    + I_2 - I_3 = 2 \int z_3^2\, dm \ge 0`. Given are I_xx, I_yy, I_zz and the integrals of xy, xz,
+    yz over the mass. [kg m^2]
 
     >>> inertia_fault((1.0, 1.0, 2.0, 0.0, 0.0, 0.0)) is None  # a thin disc
     True
@@ -50,21 +41,11 @@ def inertia_fault(inertia_kgm2: Sequence[float]) -> str | None:
 
 
 def added_mass_fault(matrix: Sequence[Sequence[float]]) -> str | None:
-    """Check that an added-mass matrix is symmetric and positive semidefinite.
+    """Return the fault of an added-mass matrix that has one: symmetric, positive semidefinite.
 
     The kinetic energy of the water, half of nu' A nu, is never negative, and A is symmetric in an
     ideal fluid. Symmetry is asked for to 1e-6 of the geometric mean of the two diagonal entries or
-    of the entry itself, whichever is larger.
-
-    Parameters
-    ----------
-    matrix : sequence of 6 rows of 6 floats
-        [kg, kg m, kg m^2]
-
-    Returns
-    -------
-    str or None
-        The fault.
+    of the entry itself, whichever is larger. [kg, kg m, kg m^2]
 
     >>> rows = [[float(i == j) for j in range(6)] for i in range(6)]
     >>> added_mass_fault(rows) is None

@@ -20,18 +20,7 @@ _ARM_SHARE = 0.02
 
 
 def size_notes(vehicle: Vehicle) -> tuple[str, ...]:
-    """List what is so large or small that a unit may have slipped.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        A checked vehicle file.
-
-    Returns
-    -------
-    tuple of str
-        One sentence or two for each finding; empty if all is of one size.
-    """
+    """List what is so large or small that a unit may have slipped, a sentence or two for each."""
     model = vehicle.model
     places: dict[str, Vector3] = {
         f"thruster {one.name}: position_m": one.position_m for one in vehicle.thrusters
@@ -84,16 +73,6 @@ def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
     the lower one push :math:`(\cos\delta, 0, \mp\sin\delta)`, the left and the right one
     :math:`(\cos\delta, \mp\sin\delta, 0)`, the bow one :math:`(0, 0, -1)`; pitch and yaw moments
     are :math:`\sin\delta\, L_s` and :math:`L_b` in size, there is no roll moment.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        A checked vehicle file.
-
-    Returns
-    -------
-    tuple of str
-        One sentence or two for each finding; empty if all agrees.
 
     References
     ----------

@@ -36,19 +36,7 @@ def notes_file(log: Path) -> Path | None:
 
 
 def read_run_notes(path: Path, shown_as: str) -> RunNotes:
-    """Read and check the notes of a run.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    shown_as : str
-        Its name in messages.
-
-    Returns
-    -------
-    RunNotes
-        The notes; an empty file gives empty ones.
+    """Read and check the notes of a run, `shown_as` in messages; an empty file gives empty ones.
 
     Raises
     ------

@@ -22,25 +22,13 @@ _DIGITS, _END_DIGITS = 7, 4
 
 
 def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note: str) -> str:
-    """Text of a vehicle file with some values changed.
+    """Text of a vehicle file with some values changed, and a `note` on top as a comment.
 
-    Parameters
-    ----------
-    original_text : str
-        The file as it is; a byte-order mark at its beginning is left out of the new text.
-    changes : mapping of str to value
-        Path of a key, parted by dots, an element of a list by its place from 0 -> new value:
-        ``{"model.damping.linear.0": 2.4}``. A list is written element by element; an `Estimate`
-        with its interval and source. A key that the file leaves out is put into its section, which
-        must be there unless it is one that a file may leave out whole; a list that it leaves out
-        takes all of its elements.
-    note : str
-        Written on top as a comment.
-
-    Returns
-    -------
-    str
-        The new text.
+    `changes` are new values by dotted path, an element of a list by its place from 0:
+    ``{"model.damping.linear.0": 2.4}``. A list is written element by element; an `Estimate` with
+    its interval and source. A key that the file leaves out is put into its section, which must be
+    there unless it is one that a file may leave out whole; a list that it leaves out takes all of
+    its elements. A byte-order mark at the beginning is left out.
 
     Raises
     ------
@@ -197,19 +185,9 @@ def _number(value: float, digits: int) -> str:
 
 
 def with_columns(text: str, wanted: Mapping[str, Mapping[str, str]]) -> str:
-    r"""Put columns into a vehicle file's `columns` section; what it states stays as it is.
+    r"""Put columns into a vehicle file's `columns` section; every other line stays as it is.
 
-    Parameters
-    ----------
-    text : str
-        The file.
-    wanted : mapping of str to mapping of str to str
-        Kind of test -> quantity -> its value as YAML.
-
-    Returns
-    -------
-    str
-        The new text; every other line is as it was.
+    `wanted` are values as YAML by kind of test and quantity.
 
     Raises
     ------

@@ -51,19 +51,7 @@ class Node:
 
 
 def parse(data: bytes, shown_as: str) -> Node:
-    """Parse the bytes of a YAML file.
-
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    shown_as : str
-        The file's name in messages.
-
-    Returns
-    -------
-    Node
-        The top mapping.
+    """Parse the bytes of a YAML file, `shown_as` in messages: its top mapping.
 
     Raises
     ------
