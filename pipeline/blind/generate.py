@@ -22,7 +22,7 @@ from pipeline.blind.flying import (
 from pipeline.blind.label import CaseLabel, TrueEffect
 from pipeline.blind.outside import Trouble
 from pipeline.blind.severity import CHANNELS, WINDOW, Floors, gap_ratio, ratios
-from pipeline.blind.sizing import FloorKey, fault_that_shows, healthy_floors, trace_of_runs
+from pipeline.blind.sizing import fault_that_shows, healthy_floors, trace_of_runs
 from pipeline.blind.subject import BlindSubject, variant_for
 from pipeline.blind.truth.craft import Craft
 from pipeline.blind.truth.flight import TruthFlight
@@ -135,7 +135,7 @@ def generate(subject: BlindSubject, spec: CaseSpec) -> GeneratedCase:
     if model is None:
         raise CannotComputeError(f"{subject.name} has no model: section")
     well = drawn(stage.stated, model.uncertainty, rng)
-    floors = healthy_floors(FloorKey(subject, spec.manoeuvres, spec.missing))
+    floors = healthy_floors(subject, spec.manoeuvres, spec.missing)
     names, held = SETS[spec.manoeuvres]
     every = (*names, *held)
     durations = (spec.duration_s,) * len(every)

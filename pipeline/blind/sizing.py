@@ -1,7 +1,7 @@
 """Find the size at which a fault opens the wanted gap, by flying it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -120,22 +120,8 @@ def trace_of_runs(stage: CaseWorld, well: Craft, flown: Sequence[FlownCase]) -> 
     return np.concatenate(parts)
 
 
-@dataclass(frozen=True)
-class FloorKey:
-    """What floors depend on; compared by the text of the vehicle file."""
-
-    subject: BlindSubject = field(hash=False, compare=False)
-    manoeuvres: str
-    missing: tuple[str, ...]
-    text: str = ""
-
-    def __post_init__(self) -> None:
-        """Take the text of the vehicle file."""
-        object.__setattr__(self, "text", self.subject.text)
-
-
 @lru_cache(maxsize=64)
-def healthy_floors(key: FloorKey) -> Floors:
+def healthy_floors(subject: BlindSubject, manoeuvres: str, missing: tuple[str, ...]) -> Floors:
     """Healthy floor of a vehicle on a set of manoeuvres, from six drawn vehicles.
 
     Raises
@@ -143,12 +129,12 @@ def healthy_floors(key: FloorKey) -> Floors:
     CannotComputeError
         When the vehicle has no model or no sensors, or none of the six could be flown.
     """
-    stage = stage_of(key.subject, key.missing, Weather())
-    model = key.subject.vehicle.model
+    stage = stage_of(subject, missing, Weather())
+    model = subject.vehicle.model
     if model is None:
-        raise CannotComputeError(f"{key.subject.name} has no model: section")
+        raise CannotComputeError(f"{subject.name} has no model: section")
     flown: list[tuple[Craft, TruthFlight]] = []
-    kinds = SETS[key.manoeuvres][0]
+    kinds = SETS[manoeuvres][0]
     for k in range(6):
         seeds = np.random.SeedSequence([7919, k])
         craft = drawn(stage.stated, model.uncertainty, np.random.default_rng(seeds))

@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline.blind.truth.faults import FAULTS, OF_MEASUREMENT
@@ -13,12 +13,15 @@ from pipeline.vehicle.schema import Vehicle
 
 @dataclass(frozen=True)
 class BlindSubject:
-    """A vehicle file, as text and as read; `static` is the bench's family, where there is one."""
+    """A vehicle file, as text and as read; `static` is the bench's family, where there is one.
+
+    Two are the same where their texts are.
+    """
 
     name: str
     text: str
-    vehicle: Vehicle
-    static: StaticCharacteristic | None = None
+    vehicle: Vehicle = field(compare=False)
+    static: StaticCharacteristic | None = field(default=None, compare=False)
 
 
 def subject_from(folder: Path, static: StaticCharacteristic | None = None) -> BlindSubject:

@@ -30,7 +30,8 @@ from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.pack_hull import vector_under, write_body
 from pipeline.simulate.run import Trajectory
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.model_schema import LatchSection, Model, Payload
+from pipeline.vehicle.attachment_schema import LatchSection, Payload
+from pipeline.vehicle.model_schema import Model
 
 Action = Literal["attach", "release"]
 

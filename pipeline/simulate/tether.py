@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.types import FloatArray
-from pipeline.vehicle.model_schema import Tether
+from pipeline.vehicle.attachment_schema import Tether
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from pipeline.simulate.tether_arrays import (
     swung,
 )
 from pipeline.types import ArrayLike, FloatArray
-from pipeline.vehicle.model_schema import Tether
+from pipeline.vehicle.attachment_schema import Tether
 
 #: The lower end of a tether and the vehicle's attachment nearer than this are one place. [m]
 _SAME_PLACE_M = 1e-6

@@ -13,7 +13,8 @@ from pipeline.simulate.run import Trajectory
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray
-from pipeline.vehicle.model_schema import Model, Tether
+from pipeline.vehicle.attachment_schema import Tether
+from pipeline.vehicle.model_schema import Model
 
 #: A longer piece is cut: the shape of the cable at every step takes memory.
 _STEPS_AT_A_TIME = 500

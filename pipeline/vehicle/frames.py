@@ -6,12 +6,13 @@ vectors become C v, tensors C I C^T, the sensor's mounting C R C^T. What is name
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from pipeline.vehicle.model_schema import Matrix6, Model, Tether, Vector3, Vector6
-from pipeline.vehicle.schema import Frame, Vehicle
-from pipeline.vehicle.sensor_schema import Sensors
+from pydantic import BaseModel
+
+from pipeline.vehicle.model_schema import Matrix6, Vector6
+from pipeline.vehicle.schema import Frame, Vector3, Vehicle
 
 if TYPE_CHECKING:  # the command line answers --help without numpy
     from pipeline.types import FloatArray
@@ -22,6 +23,7 @@ AXES: dict[Frame, str] = {
     "paper": "x forward, y up, z to starboard",
     "ros": "x forward, y to port, z up (REP 103)",
 }
+Section = TypeVar("Section", bound=BaseModel)
 Rows = tuple[Vector3, Vector3, Vector3]
 #: What a key of the file is set to.
 Change = float | str | bool | tuple[float, ...]
@@ -38,8 +40,6 @@ TO_SNAME: dict[Frame, Rows] = {
 def vector_in_sname(vector: Vector3, frame: Frame) -> Vector3:
     """Turn a body vector into SNAME axes.
 
-    Examples
-    --------
     1 m forward, 2 m up, 3 m to starboard in the papers' axes:
 
     >>> vector_in_sname((1.0, 2.0, 3.0), "paper")
@@ -56,25 +56,34 @@ def in_sname(vehicle: Vehicle) -> Vehicle:
 
     `frame` goes on telling how the file states them.
     """
-    frame = vehicle.frame
-    if frame == "sname":
+    if vehicle.frame == "sname":
         return vehicle
-    thrusters = tuple(
-        one.model_copy(
-            update={
-                "position_m": vector_in_sname(one.position_m, frame),
-                "direction": vector_in_sname(one.direction, frame),
-            }
-        )
-        for one in vehicle.thrusters
-    )
-    return vehicle.model_copy(
-        update={
-            "thrusters": thrusters,
-            "model": None if vehicle.model is None else _model(vehicle.model, frame),
-            "sensors": None if vehicle.sensors is None else _sensors(vehicle.sensors, frame),
-        }
-    )
+    parts = ("thrusters", "model", "sensors")
+    changes = {name: _value(name, getattr(vehicle, name), vehicle.frame) for name in parts}
+    return vehicle.model_copy(update=changes)
+
+
+def _section(section: Section, frame: Frame) -> Section:
+    """Return a section with what it and the sections in it state in body axes in SNAME."""
+    changes = {}
+    for name in type(section).model_fields:
+        old = getattr(section, name)
+        new = _value(name, old, frame)
+        if new is not old:
+            changes[name] = new
+    return section.model_copy(update=changes) if changes else section
+
+
+def _value(name: str, value: Any, frame: Frame) -> Any:  # noqa: ANN401 - whatever a file states
+    """Return a value of a section in SNAME; the name of its key says what it is."""
+    if isinstance(value, BaseModel):
+        return _section(value, frame)
+    if not isinstance(value, tuple):
+        return value
+    if value and isinstance(value[0], BaseModel):
+        return tuple(_section(one, frame) for one in value)
+    turned = _TURNED.get(name)
+    return value if turned is None else turned(value, frame)
 
 
 def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, Change]:
@@ -124,13 +133,7 @@ def _stated_axis(index: int, rows: Rows) -> tuple[int, float]:
 
 
 def frame_shown(vehicle: Vehicle) -> tuple[str, ...]:
-    """Say what was converted, for a person to compare; empty for a file in SNAME.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        After `in_sname`.
-    """
+    """Say what `in_sname` converted, for a person to compare; empty for a file in SNAME."""
     if vehicle.frame == "sname":
         return ()
     lines = [f"frame {vehicle.frame}: {AXES[vehicle.frame]}; converted to SNAME, {AXES['sname']}:"]
@@ -158,74 +161,11 @@ def _numbers(values: Sequence[float]) -> str:
     return f"[{', '.join(f'{value + 0.0:.6g}' for value in values)}]"
 
 
-def _model(model: Model, frame: Frame) -> Model:
-    body = model.rigid_body
-    matrix = model.added_mass.matrix
-    payloads = []
-    for one in model.payloads:
-        xx, yy, zz, *_ = _inertia((*one.inertia_kgm2, 0.0, 0.0, 0.0), frame)
-        latch = one.latch
-        if latch is not None and latch.position_m is not None:
-            place = vector_in_sname(latch.position_m, frame)
-            latch = latch.model_copy(update={"position_m": place})
-        payloads.append(
-            one.model_copy(
-                update={
-                    "position_m": vector_in_sname(one.position_m, frame),
-                    "inertia_kgm2": (xx, yy, zz),
-                    "latch": latch,
-                }
-            )
-        )
-    return model.model_copy(
-        update={
-            "rigid_body": body.model_copy(
-                update={
-                    "centre_of_mass_m": vector_in_sname(body.centre_of_mass_m, frame),
-                    "centre_of_buoyancy_m": vector_in_sname(body.centre_of_buoyancy_m, frame),
-                    "inertia_kgm2": _inertia(body.inertia_kgm2, frame),
-                }
-            ),
-            "added_mass": model.added_mass.model_copy(
-                update={"matrix": None if matrix is None else _matrix(matrix, frame)}
-            ),
-            "ballast": tuple(
-                one.model_copy(update={"position_m": vector_in_sname(one.position_m, frame)})
-                for one in model.ballast
-            ),
-            "payloads": tuple(payloads),
-            "tether": None if model.tether is None else _tether(model.tether, frame),
-        }
-    )
-
-
-def _tether(tether: Tether, frame: Frame) -> Tether:
-    return tether.model_copy(update={"attachment_m": vector_in_sname(tether.attachment_m, frame)})
-
-
-def _sensors(sensors: Sensors, frame: Frame) -> Sensors:
-    update: dict[str, object] = {
-        name: one.model_copy(update={"position_m": vector_in_sname(one.position_m, frame)})
-        for name, one in (("imu", sensors.imu), ("depth", sensors.depth))
-        if one is not None
-    }
-    if sensors.dvl is not None:
-        update["dvl"] = sensors.dvl.model_copy(
-            update={
-                "position_m": vector_in_sname(sensors.dvl.position_m, frame),
-                "rotation_deg": rotation_in_sname(sensors.dvl.rotation_deg, frame),
-            }
-        )
-    return sensors.model_copy(update=update)
-
-
 def rotation_in_sname(rotation_deg: Vector3, frame: Frame) -> Vector3:
     """Turn a mounting (roll, pitch, yaw in degrees, as yaw, then pitch, then roll) into SNAME.
 
     The sensor's own axes are taken to be of the stated frame, too: at zero they are the body's.
 
-    Examples
-    --------
     A sensor turned to port by 30 degrees, about the upward z of REP 103:
 
     >>> rotation_in_sname((0.0, 0.0, 30.0), "ros")
@@ -264,11 +204,6 @@ def _about(axis: int, angle_rad: float) -> "FloatArray":
     return turn
 
 
-def _inertia(inertia_kgm2: Vector6, frame: Frame) -> Vector6:
-    """Turn I_xx, I_yy, I_zz and the integrals of xy, xz, yz into SNAME."""
-    return _turned(inertia_kgm2, TO_SNAME[frame])
-
-
 def _turned(inertia_kgm2: Vector6, rows: Sequence[Sequence[float]]) -> Vector6:
     """C I C^T of an inertia, `rows` those of C."""
     import numpy as np
@@ -287,3 +222,18 @@ def _matrix(matrix: Matrix6, frame: Frame) -> Matrix6:
     both = np.kron(np.eye(2), np.array(TO_SNAME[frame]))
     a, b, c, d, e, f = (tuple(row) for row in (both @ np.array(matrix) @ both.T + 0.0).tolist())
     return (a, b, c, d, e, f)
+
+
+def _inertia(inertia_kgm2: tuple[float, ...], frame: Frame) -> tuple[float, ...]:
+    """Turn three moments of inertia, or six entries, into SNAME."""
+    xx, yy, zz, xy, xz, yz = (*inertia_kgm2, 0.0, 0.0, 0.0)[:6]
+    return _turned((xx, yy, zz, xy, xz, yz), TO_SNAME[frame])[: len(inertia_kgm2)]
+
+
+#: Key of a section -> what turns its value, where that is a tuple.
+_TURNED: dict[str, Callable[[Any, Frame], Any]] = {
+    **dict.fromkeys(_VECTORS, vector_in_sname),
+    "rotation_deg": rotation_in_sname,
+    _INERTIA: _inertia,
+    "matrix": _matrix,
+}

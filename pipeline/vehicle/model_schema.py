@@ -16,51 +16,14 @@ from pydantic import (
 
 from pipeline.vehicle.attachment_schema import (
     Ballast,
-    LatchSection,
     ModelSection,
     NotNegative,
     Payload,
     Positive,
     Tether,
     Vector3,
-    WinchSection,
 )
 from pipeline.vehicle.model_checks import added_mass_fault, inertia_fault
-
-__all__ = [
-    "AddedMass",
-    "Ballast",
-    "Crossflow",
-    "Damping",
-    "FromBollard",
-    "FromMooring",
-    "FromTables",
-    "HullSection",
-    "HullShare",
-    "LatchSection",
-    "Lift",
-    "LumpedTether",
-    "Matrix6",
-    "Model",
-    "ModelSection",
-    "NotNegative",
-    "NotNegative6",
-    "Payload",
-    "Pool",
-    "Positive",
-    "RigidBody",
-    "Supply",
-    "Terms",
-    "Tether",
-    "ThrustDeduction",
-    "ThrusterModel",
-    "Uncertainty",
-    "Vector3",
-    "Vector6",
-    "WakeFraction",
-    "Wall",
-    "WinchSection",
-]
 
 Vector6 = tuple[float, float, float, float, float, float]
 NotNegative6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]

@@ -1,5 +1,6 @@
 """``vehicle.yaml`` as frozen models. Units SI, axes SNAME unless the file names another frame."""
 
+from collections.abc import Iterable
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -26,6 +27,12 @@ Frame = Literal["sname", "paper", "ros"]
 def _fault_at(text: str, *path: str | int) -> PydanticCustomError:
     """Build an error that tells the reader of the file which of its lines is meant."""
     return PydanticCustomError("vehicle", "{text}", {"text": text, "path": path})
+
+
+def _unknown(what: str, name: str, known: Iterable[str], *path: str | int) -> PydanticCustomError:
+    """Build the error for a name that is not among those of a section, `what` with an s."""
+    among = ", ".join(known) or "none"
+    return _fault_at(f'there is no {what} "{name}"; {what}s has {among}', *path)
 
 
 class Water(Section):
@@ -169,10 +176,6 @@ class Tables(TypeTables):
             seen[one.kind] = f"types.{name}"
         return self
 
-    def by_kind(self) -> dict[tuple[str, str], str]:
-        """Return the types' names by drive and propeller; that without a name is the first."""
-        return {self.kind: "", **{one.kind: name for name, one in self.types.items()}}
-
 
 Gate = Literal["thrust_rises", "neighbours", "neutral", "outliers", "signs"]
 """A check that stops the firmware while it fails and `accept` does not name it."""
@@ -235,37 +238,31 @@ class Vehicle(Section):
         used += [(("thrusters", index), one) for index, one in enumerate(self.thrusters)]
         for path, user in used:
             for kind, name, known in (
-                ("propeller", user.propeller, tuple(self.propellers)),
-                ("drive", user.drive, tuple(self.drives)),
+                ("propeller", user.propeller, self.propellers),
+                ("drive", user.drive, self.drives),
             ):
                 if name not in known:
-                    among = ", ".join(known) or "none"
-                    text = f'there is no {kind} "{name}"; {kind}s has {among}'
-                    raise _fault_at(text, *path, kind)
+                    raise _unknown(kind, name, known, *path, kind)
         if self.allocator is not None:
             for part in ("upper", "lower", "left", "right", "bow"):
                 name = getattr(self.allocator, part)
                 if name is not None and name not in names:
-                    among = ", ".join(names) or "none"
-                    text = f'there is no thruster "{name}"; thrusters has {among}'
-                    raise _fault_at(text, "allocator", part)
+                    raise _unknown("thruster", name, names, "allocator", part)
         unknown = unknown_thruster(self.pool, tuple(names))
         if unknown is not None:
-            among = ", ".join(names) or "none"
-            text = f'there is no thruster "{unknown[1]}"; thrusters has {among}'
-            raise _fault_at(text, "pool", "channels", unknown[0], "thrusters")
+            raise _unknown(
+                "thruster", unknown[1], names, "pool", "channels", unknown[0], "thrusters"
+            )
         return self
 
     @model_validator(mode="after")
     def _the_model_knows_every_drive(self) -> Self:
         if self.model is None:
             return self
-        known = ", ".join(self.drives) or "none"
         for drive, behaviour in self.model.thrusters.items():
             path = ("model", "thrusters", drive)
             if drive not in self.drives:
-                text = f'there is no drive "{drive}"; drives has {known}'
-                raise _fault_at(text, *path)
+                raise _unknown("drive", drive, self.drives, *path)
             kind, with_tables = behaviour.characteristic.kind, [one[0] for one in self.kinds]
             if kind in {"tables", "mooring"} and drive not in with_tables:
                 text = (
@@ -301,15 +298,13 @@ class Vehicle(Section):
             section = getattr(self.model, key, None)
             for name in section.thrusters if section is not None else ():
                 if name not in names:
-                    among = ", ".join(names) or "none"
-                    text = f'there is no thruster "{name}"; thrusters has {among}'
-                    raise _fault_at(text, "model", key, "thrusters", name)
+                    raise _unknown("thruster", name, names, "model", key, "thrusters", name)
         return self
 
     @property
     def kinds(self) -> dict[tuple[str, str], str]:
         """Types of thruster by drive and propeller: "" that of `tables`, names of `types`."""
-        return self.tables.by_kind()
+        return {self.tables.kind: "", **{one.kind: name for name, one in self.tables.types.items()}}
 
     def type_of(self, thruster: Thruster) -> str | None:
         """Return the type of a thruster; None of one that no tables are for."""

@@ -7,7 +7,7 @@ from pipeline.blind import sizing
 from pipeline.blind.flying import CaseWorld, Fault, Patient, children, fault_of, fly_all, stage_of
 from pipeline.blind.outside import TROUBLES
 from pipeline.blind.severity import gap_ratio, ratios
-from pipeline.blind.sizing import FloorKey, healthy_floors, trace_of_runs
+from pipeline.blind.sizing import healthy_floors, trace_of_runs
 from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.sensors import FURTHEST, Weather, drawn, wander
@@ -19,7 +19,7 @@ def gap_at(subject: BlindSubject, what: str, size: float) -> float:
     seeds = children(np.random.SeedSequence(3), 1)[0]
     patient = Patient(stage.stated, (fault,), (min(size, fault.most),))
     flown = fly_all(stage, patient, ("tasks", "dives"), 40.0, seeds)
-    floors = healthy_floors(FloorKey(subject, "trial", ()))
+    floors = healthy_floors(subject, "trial", ())
     return gap_ratio(ratios(trace_of_runs(stage, stage.stated, flown), floors))
 
 
@@ -59,7 +59,7 @@ def test_a_fault_that_cannot_be_seen_is_drawn_anew(
         stage,
         stage.stated,
         wanted=2.0,
-        floors=healthy_floors(FloorKey(rov8, "trial", ())),
+        floors=healthy_floors(rov8, "trial", ()),
         kinds=("tasks", "dives"),
         durations_s=(40.0, 40.0),
         seeds=np.random.SeedSequence(3),

@@ -13,7 +13,7 @@ from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import initial_state, run
 from pipeline.simulate.tether import LumpedMassTether, TetherState
 from pipeline.simulate.tethered import fly_tethered
-from pipeline.vehicle.model_schema import Tether
+from pipeline.vehicle.attachment_schema import Tether
 
 Make = Callable[..., PackedVehicle]
 POINT = (0.4, -0.1, -0.2)

@@ -14,7 +14,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.simulate.tethered_mover import TetheredMover, WinchOrder, nominal_mover
-from pipeline.vehicle.model_schema import Tether
+from pipeline.vehicle.attachment_schema import Tether
 from pipeline.vehicle.schema import Vehicle
 
 Make = Callable[..., PackedVehicle]
