@@ -16,19 +16,8 @@ def ignored_file_problems(
 ) -> list[Problem]:
     """Return a problem for each entry of a folder of raw files that nothing reads.
 
-    Parameters
-    ----------
-    folder : Path
-        ``mooring``, say; it may be missing.
-    shown_as : str
-        What the folder is called in messages; as it is given otherwise.
-    types : collection of str
-        Types of thruster of the vehicle, whose folders within are read.
-
-    Returns
-    -------
-    list of Problem
-        An error for a link that leads nowhere, a warning for a folder with raw files in it.
+    The folder, ``mooring``, say, may be missing. Folders of the vehicle's `types` of thruster are
+    read. An error is a link that leads nowhere, a warning a folder with raw files in it.
     """
     if not folder.is_dir():
         return []

@@ -240,19 +240,10 @@ def _absolute(path: Path) -> Path:
 
 
 def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
-    """Find every vehicle under the raw folder.
+    """Find every vehicle under the raw folder, by name.
 
-    Parameters
-    ----------
-    raw : Path
-        The folder that holds one folder a vehicle.
-    out : Path
-        The folder of ``processed/`` and ``reports/``.
-
-    Returns
-    -------
-    tuple
-        The vehicles by name, and a problem for each folder that looks like one and is not.
+    Also returns a problem for each folder that looks like one and is not; `out` holds
+    ``processed/`` and ``reports/``.
     """
     vehicles: list[VehicleFolder] = []
     problems: list[Problem] = []

@@ -55,23 +55,13 @@ def file_digest(path: Path) -> str:
 
 
 def code_digest(*modules: str) -> str:
-    """Digest of all the code that these modules of the package are made of.
+    """Digest of all the code that these modules of the package are made of, 16 hexadecimal digits.
 
     Follows the imports inside the package (also those within functions), takes in the data files
     (templates, styles) of every sub-package met, and the versions of the third-party packages. Code
     that writes in the reader's language (a page) has another digest in each language.
     Imports are found by their text, which takes milliseconds; an import that stands in a comment
     or a string can only add a file too many, which costs a re-run and never a stale result.
-
-    Parameters
-    ----------
-    *modules : str
-        Dotted names, e.g. ``"pipeline.stages.bench_fits"``.
-
-    Returns
-    -------
-    str
-        The first 16 hexadecimal digits of the SHA-256.
 
     Raises
     ------
@@ -305,16 +295,7 @@ def read_raw_envelope(path: Path, kind: str) -> dict[str, Any]:
 
 
 def read_envelope(path: Path, kind: str, model: type[R]) -> Envelope[R]:
-    """Read and check a processed file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        Kind of record, the stage's name: ``"drive"``.
-    model : type
-        The record's model.
+    """Read and check a processed file of a kind, which is the stage's name: ``"drive"``.
 
     Raises
     ------

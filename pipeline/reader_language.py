@@ -3,6 +3,7 @@
 Apart from `pipeline.language`, whose catalogues are part of the pages and of no other result.
 """
 
+import re
 from collections.abc import Mapping
 
 #: Environment variable that names the language; child processes learn it from there.
@@ -52,3 +53,22 @@ def use(language: str) -> None:
 def current() -> str:
     """Return the language of this process."""
     return _chosen[0]
+
+
+_FIRST, _LAST = "\ue000", "\ue001"
+MARKED = re.compile(f"{_FIRST}[^{_FIRST}{_LAST}]*{_LAST}")
+_MARKS = str.maketrans("", "", _FIRST + _LAST)
+
+
+def as_it_is(name: str) -> str:
+    """Mark a name, for a text that is translated as a whole; English needs no mark.
+
+    >>> as_it_is("current")
+    'current'
+    """
+    return name if current() == ENGLISH else f"{_FIRST}{name}{_LAST}"
+
+
+def without_marks(text: str) -> str:
+    """Take the marks away, the names stay."""
+    return text.translate(_MARKS)

@@ -22,27 +22,11 @@ _SEARCH_AFTER = (50_000, 20, 20)
 def run_stage(
     stage: str, vehicle: str, code: str, inputs: tuple[Path, ...], outputs: tuple[Path, ...]
 ) -> int:
-    """Run a stage and tell the journal how it ended.
+    """Run a stage, a module of `pipeline.stages`, and tell the journal how it ended.
 
-    Standard output is the rule's log: a fault of our own leaves its traceback there.
-
-    Parameters
-    ----------
-    stage : str
-        A module of `pipeline.stages` with ``run(job)``.
-    vehicle : str
-        Name of the vehicle; empty for the index.
-    code : str
-        Digest of the stage's code, kept in the result.
-    inputs : tuple of Path
-        All that it may read.
-    outputs : tuple of Path
-        The files that it writes; the first is the stage's own.
-
-    Returns
-    -------
-    int
-        0 done, 1 failed.
+    Standard output is the rule's log: a fault of our own leaves its traceback there. `vehicle` is
+    empty for the index, `code` the digest kept in the result; of the `outputs` the first is the
+    stage's own. Returns 0 done, 1 failed.
     """
     started = time.monotonic()
     name = outputs[0].stem
@@ -76,19 +60,10 @@ def run_stage(
 
 
 def run_steps(work: Sequence[Mapping[str, Any]]) -> int:
-    """Run stages one after the other, each as if it were alone.
+    """Run stages one after the other, each as if it were alone; returns 1 when any has failed.
 
-    A stage that fails takes with it those that need its results, and no others.
-
-    Parameters
-    ----------
-    work : sequence of mapping
-        Of each stage its `vehicle`, `stage`, `item`, `code`, `inputs` and `outputs`.
-
-    Returns
-    -------
-    int
-        0 all done, 1 when any has failed.
+    A stage that fails takes with it those that need its results, and no others. Of each, `work` has
+    `vehicle`, `stage`, `item`, `code`, `inputs` and `outputs`.
     """
     gc.set_threshold(*_SEARCH_AFTER)
     missing: set[str] = set()

@@ -2,7 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from pipeline.export.log_topics import BODY_FRAME, Topic, checked
+import numpy as np
+
+from pipeline.export.cdr import Filling
+from pipeline.export.log_topics import BODY_FRAME, Topic, step_topic
 from pipeline.types import FloatArray
 
 if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
@@ -18,44 +21,38 @@ def topics_of_tether(tether: "TetherLog", prefix: str, *, winch: bool) -> list[T
         For a value that is not a finite number.
     """
     time_s = tether.time_s
-    tension = Topic(
+    tension = step_topic(
         f"{prefix}/tether/tension",
         "sensor_msgs/msg/JointState",
         "effort: tension of the cable at its upper end and at the vehicle [N]",
         time_s,
-        time_s,
         {
             "name": ("top", "vehicle"),
-            "effort": _columns(tether.top_tension_n, tether.lower_tension_n),
+            "effort": np.stack([tether.top_tension_n, tether.lower_tension_n], axis=1),
         },
     )
-    found = [
-        tension,
-        _wrench(
-            f"{prefix}/tether/wrench",
-            "wrench: of the tether on the vehicle, about the body origin, body axes [N, N m]",
-            time_s,
-            tether.wrench_on_vehicle,
-        ),
-    ]
-    if winch:
-        found.append(
-            Topic(
-                f"{prefix}/winch",
-                "sensor_msgs/msg/JointState",
-                "position: cable paid out [m]; velocity: of the cable, positive pays out [m/s]; "
-                "effort: tension at the drum [N]",
-                time_s,
-                time_s,
-                {
-                    "name": ("winch",),
-                    "position": tether.paid_out_m[:, None],
-                    "velocity": tether.payout_mps[:, None],
-                    "effort": tether.top_tension_n[:, None],
-                },
-            )
-        )
-    return [checked(topic) for topic in found]
+    wrench = _wrench(
+        f"{prefix}/tether/wrench",
+        "wrench: of the tether on the vehicle, about the body origin, body axes [N, N m]",
+        time_s,
+        tether.wrench_on_vehicle,
+    )
+    if not winch:
+        return [tension, wrench]
+    drum = step_topic(
+        f"{prefix}/winch",
+        "sensor_msgs/msg/JointState",
+        "position: cable paid out [m]; velocity: of the cable, positive pays out [m/s]; "
+        "effort: tension at the drum [N]",
+        time_s,
+        {
+            "name": ("winch",),
+            "position": tether.paid_out_m[:, None],
+            "velocity": tether.payout_mps[:, None],
+            "effort": tether.top_tension_n[:, None],
+        },
+    )
+    return [tension, wrench, drum]
 
 
 def topic_of_latch(module: str, time_s: FloatArray, wrench: FloatArray, prefix: str) -> Topic:
@@ -66,33 +63,19 @@ def topic_of_latch(module: str, time_s: FloatArray, wrench: FloatArray, prefix: 
     CannotComputeError
         For a value that is not a finite number.
     """
-    return checked(
-        _wrench(
-            f"{prefix}/latch/{module}",
-            "wrench: of the held module on the vehicle, an inner load of the latch, about the body "
-            "origin, body axes [N, N m]",
-            time_s,
-            wrench,
-        )
+    return _wrench(
+        f"{prefix}/latch/{module}",
+        "wrench: of the held module on the vehicle, an inner load of the latch, about the body "
+        "origin, body axes [N, N m]",
+        time_s,
+        wrench,
     )
 
 
 def _wrench(name: str, meaning: str, time_s: FloatArray, wrench: FloatArray) -> Topic:
-    return Topic(
-        name,
-        "geometry_msgs/msg/WrenchStamped",
-        meaning,
-        time_s,
-        time_s,
-        {
-            "header.frame_id": BODY_FRAME,
-            "wrench.force": wrench[:, :3],
-            "wrench.torque": wrench[:, 3:],
-        },
-    )
-
-
-def _columns(*columns: FloatArray) -> FloatArray:
-    import numpy as np
-
-    return np.stack(columns, axis=1)
+    values: dict[str, Filling] = {
+        "header.frame_id": BODY_FRAME,
+        "wrench.force": wrench[:, :3],
+        "wrench.torque": wrench[:, 3:],
+    }
+    return step_topic(name, "geometry_msgs/msg/WrenchStamped", meaning, time_s, values)

@@ -143,28 +143,29 @@ def topics_of_truth(
     }
     effort: dict[str, Filling] = {"name": thruster_names, "effort": truth.thrust_n}
     return [
-        checked(
-            Topic(
-                odometry,
-                "nav_msgs/msg/Odometry",
-                "true motion: pose.pose body to NED [m], twist.twist of the body origin over "
-                "ground, body axes [m/s, rad/s]",
-                truth.time_s,
-                truth.time_s,
-                motion,
-            )
+        step_topic(
+            odometry,
+            "nav_msgs/msg/Odometry",
+            "true motion: pose.pose body to NED [m], twist.twist of the body origin over "
+            "ground, body axes [m/s, rad/s]",
+            truth.time_s,
+            motion,
         ),
-        checked(
-            Topic(
-                thrust,
-                "sensor_msgs/msg/JointState",
-                "effort: true thrust of each thruster, positive along its direction [N]",
-                truth.time_s,
-                truth.time_s,
-                effort,
-            )
+        step_topic(
+            thrust,
+            "sensor_msgs/msg/JointState",
+            "effort: true thrust of each thruster, positive along its direction [N]",
+            truth.time_s,
+            effort,
         ),
     ]
+
+
+def step_topic(
+    name: str, kind: str, meaning: str, time_s: FloatArray, values: Mapping[str, Filling]
+) -> Topic:
+    """Return a topic of what a simulation knows at the steps of a run; raises as `checked`."""
+    return checked(Topic(name, kind, meaning, time_s, time_s, values))
 
 
 def _depth_pa(channel: "Channel", water: WaterConstants) -> FloatArray:

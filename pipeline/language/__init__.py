@@ -5,8 +5,7 @@ are written in English all over the program; `translate` finds the template that
 from in the catalogue (``<language>.po``) and says it again in the language chosen.
 """
 
-from pipeline.language.as_it_is import as_it_is
 from pipeline.language.translate import translate
-from pipeline.reader_language import ENGLISH, LANGUAGES, VARIABLE, current, use, wanted
+from pipeline.reader_language import ENGLISH, LANGUAGES, VARIABLE, as_it_is, current, use, wanted
 
 __all__ = ["ENGLISH", "LANGUAGES", "VARIABLE", "as_it_is", "current", "translate", "use", "wanted"]

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from gettext import c2py
 
 from pipeline.language import phrases
-from pipeline.language.as_it_is import MARKED
 from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
 from pipeline.language.phrases import BRACKETED, SEMICOLON
 from pipeline.language.po import Entry
 from pipeline.language.template import Template, as_begun, fill, turned, variants
+from pipeline.reader_language import MARKED
 
 #: A line beyond this is no message of ours.
 _LONGEST = 4000

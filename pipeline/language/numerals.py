@@ -7,7 +7,7 @@ import re
 import tomllib
 from pathlib import Path
 
-from pipeline.language.as_it_is import MARKED
+from pipeline.reader_language import MARKED
 
 _WORDS = re.compile(r"[A-Za-z]{2}")
 #: Names, and what is meant to be typed.

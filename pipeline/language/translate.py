@@ -3,10 +3,9 @@
 from functools import cache, lru_cache
 from pathlib import Path
 
-from pipeline.language.as_it_is import without_marks
 from pipeline.language.catalogue import Catalogue
 from pipeline.language.po import read_po
-from pipeline.reader_language import ENGLISH, current
+from pipeline.reader_language import ENGLISH, current, without_marks
 
 
 def translate(text: str) -> str:

@@ -29,19 +29,12 @@ _TABLES = ("table1", "table2", "table3", "table4")
 
 
 def load_vehicle(vehicle: str | Path, raw: str | Path = "raw") -> Vehicle:
-    """Read a vehicle file.
+    """Read a vehicle file: SI units, angles as the file states them.
 
     Parameters
     ----------
     vehicle : str or Path
         A name under `raw`, a folder that holds ``vehicle.yaml``, or the name of a bundled vehicle.
-    raw : str or Path
-        The folder of the vehicles' raw data.
-
-    Returns
-    -------
-    Vehicle
-        Checked; SI units, angles as the file states them.
 
     Raises
     ------

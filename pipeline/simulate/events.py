@@ -30,7 +30,7 @@ from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.pack_hull import vector_under, write_body
 from pipeline.simulate.run import Trajectory
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.attachment_schema import LatchSection, Payload
+from pipeline.vehicle.attachment_schema import Payload
 from pipeline.vehicle.model_schema import Model
 
 Action = Literal["attach", "release"]
@@ -247,7 +247,9 @@ def latch_loads(
             gravity_mps2=packed.context.gravity_mps2,
             density_kgpm3=float(read(vector, "density")),
         )
-        latch = _latch(payload, payload.latch)
+        section = payload.latch
+        place = payload.position_m if section.position_m is None else section.position_m
+        latch = Latch(place, section.strength_n, section.strength_nm, section.closing_s)
         # a half sine with the impulse: its height is pi / 2 of its mean
         peaks = [
             np.pi / (2.0 * latch.closing_s) * one.impulse
@@ -265,11 +267,6 @@ def latch_loads(
             )
         )
     return found
-
-
-def _latch(payload: Payload, section: LatchSection) -> Latch:
-    place = payload.position_m if section.position_m is None else section.position_m
-    return Latch(place, section.strength_n, section.strength_nm, section.closing_s)
 
 
 def _held(payload: Payload, outcomes: Sequence[EventOutcome], time_s: FloatArray) -> BoolArray:

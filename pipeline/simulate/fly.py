@@ -1,7 +1,7 @@
 """Fly a manoeuvre: open loop, or under the autopilot, through an allocator."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import atan2, pi, remainder, sqrt
 from typing import Protocol
 
@@ -255,19 +255,15 @@ def run_changing(
 
 def join(pieces: list[Trajectory]) -> Trajectory:
     """Put consecutive trajectories together; the shared samples are kept once."""
+    names = [one.name for one in fields(Trajectory) if one.name != "final_state"]
+    return Trajectory(**stacked(pieces, names), final_state=pieces[-1].final_state)
+
+
+def stacked(pieces: Sequence[object], names: Sequence[str]) -> dict[str, FloatArray]:
+    """Put arrays of consecutive pieces together, of which each ends where the next begins."""
 
     def stack(name: str) -> FloatArray:
         parts = [getattr(piece, name)[:-1] for piece in pieces[:-1]]
         return np.concatenate([*parts, getattr(pieces[-1], name)])
 
-    names = (
-        "time_s",
-        "position_ned_m",
-        "quaternion",
-        "nu",
-        "nu_dot",
-        "command",
-        "actuator",
-        "thrust_n",
-    )
-    return Trajectory(**{name: stack(name) for name in names}, final_state=pieces[-1].final_state)
+    return {name: stack(name) for name in names}

@@ -4,7 +4,7 @@ It hangs at rest and moves with the vehicle in `tethered`; the equations are in
 `kernel_tether`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -72,17 +72,10 @@ class LumpedMassTether:
 
 def lumped_tether(tether: Tether, *, density_kgpm3: float, gravity_mps2: float) -> LumpedMassTether:
     """Return the lumped cable of a vehicle file's tether section, whose mass is in air."""
-    return LumpedMassTether(
-        length_m=tether.length_m,
-        segments=tether.segments,
-        diameter_m=tether.diameter_m,
-        mass_kgpm=tether.mass_kgpm,
-        normal_drag=tether.normal_drag,
-        tangential_drag=tether.tangential_drag,
-        axial_stiffness_n=tether.axial_stiffness_n,
-        density_kgpm3=density_kgpm3,
-        gravity_mps2=gravity_mps2,
-    )
+    # named as in the file, but for the water and what the file does not state
+    own = {one.name for one in fields(LumpedMassTether)}
+    stated = tether.model_dump(include=own)
+    return LumpedMassTether(**stated, density_kgpm3=density_kgpm3, gravity_mps2=gravity_mps2)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
-from pipeline.simulate.fly import join
+from pipeline.simulate.fly import join, stacked
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
@@ -129,12 +129,7 @@ class TetheredMover:
         """
         if not self._pieces:
             raise CannotComputeError("nothing was flown on the tether yet")
-
-        def stack(name: str) -> FloatArray:
-            parts = [getattr(piece, name)[:-1] for piece in self._pieces[:-1]]
-            return np.concatenate([*parts, getattr(self._pieces[-1], name)])
-
-        return TetherLog(**{one.name: stack(one.name) for one in fields(TetherLog)})
+        return TetherLog(**stacked(self._pieces, [one.name for one in fields(TetherLog)]))
 
     def _winch_commands(self, time_s: FloatArray) -> FloatArray:
         """Command u (k,) of the winch at the times of steps (k,); 0 is braked."""
@@ -175,7 +170,5 @@ def nominal_mover(model: Model, orders: Sequence[WinchOrder] = ()) -> TetheredMo
             )
         return None
     section = tether.winch
-    winch = None
-    if section is not None:
-        winch = Winch(**section.model_dump(exclude={"source"}))
+    winch = None if section is None else Winch(**section.model_dump(exclude={"source"}))
     return TetheredMover(tether, winch, orders)

@@ -42,17 +42,9 @@ _DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
 
 
 def load_vehicle(path: Path) -> Vehicle:
-    """Read and check a vehicle file.
+    """Read and check a vehicle file, or that of a folder; messages show the path as given.
 
-    Parameters
-    ----------
-    path : Path
-        The file, or the folder that holds ``vehicle.yaml``. Messages show it as given.
-
-    Returns
-    -------
-    Vehicle
-        The checked, frozen description; positions in SNAME axes, whatever frame the file states.
+    Positions are in SNAME axes, whatever frame the file states.
 
     Raises
     ------
@@ -71,14 +63,7 @@ def load_vehicle(path: Path) -> Vehicle:
 def load_checked(path: Path, model: type[Model], *, expected: str, remedy: str) -> Model:
     """Read a YAML file of any schema, as strictly and with the same messages as a vehicle file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    model : type
-        The frozen pydantic model that it must fit.
-    expected, remedy : str
-        For the message when there is no such file.
+    `expected` and `remedy` are told when there is no such file.
 
     Raises
     ------
