@@ -22,7 +22,7 @@ import numpy as np
 from pipeline.effects.effect import EffectContext
 from pipeline.identify.slope_regression import plain_slope
 from pipeline.identify.smoothing import smooth, smoother_of_bandwidth
-from pipeline.physics.added_mass_potapov import potapov_galyaev
+from pipeline.physics.added_mass_shapes import potapov_galyaev
 from pipeline.physics.parameters import neutral_vector, write
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory, initial_state, run
@@ -39,7 +39,7 @@ FORCE = ((0.6, 0.05), (0.4, 0.13))
 #: Usual largest force. [N]
 LARGEST_N = 3.0
 PUBLISHED_KG = 18.92
-TRUTH_KG = potapov_galyaev().surge.computed
+TRUTH_KG = potapov_galyaev().surge_kg
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,7 @@ def paper_body(**slots: float | FloatArray) -> PackedVehicle:
     Axes: x_1 and y_1 in the plane of the frame, z_1 the cylinder's axis, taken as SNAME's z.
     """
     masses = potapov_galyaev()
-    surge, heave = masses.surge.computed, masses.heave_formula.computed
-    tilt = masses.tilt_inertia.computed
+    surge, heave, tilt = masses.surge_kg, masses.heave_formula_kg, masses.tilt_kgm2
     across = MASS_KG * (3 * RADIUS_M**2 + HEIGHT_M**2) / 12
     vector = neutral_vector()
     values: dict[str, float | FloatArray] = {

@@ -26,6 +26,7 @@ from pipeline.design.tether_held import HeldVehicle
 from pipeline.design.tether_input import TetherInput
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.vehicle_place import find_vehicle, result_of
+from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import write_atomically
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign, TetherDesign

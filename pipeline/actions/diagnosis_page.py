@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.language import as_it_is
 from pipeline.plan import report_file
 from pipeline.provenance import unwritable
 from pipeline.records.diagnosis import DiagnosisRecord

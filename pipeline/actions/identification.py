@@ -18,6 +18,7 @@ from pipeline.inputs.gains import gains_of_runs
 from pipeline.inputs.no_solution import with_reason
 from pipeline.inputs.runs_to_identify import find_logs, healthy_runs, read_run, told_first
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.base import FileChange

@@ -14,6 +14,7 @@ from pipeline.errors import CannotComputeError, Rig2SeaError
 from pipeline.inputs.gains import sound_runs
 from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_packed, load_simulated
+from pipeline.language import as_it_is
 from pipeline.plan import POOL, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
 from pipeline.records.identification import RunRead

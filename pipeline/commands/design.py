@@ -6,6 +6,7 @@ import click
 
 from pipeline.commands.common.options import folder, json_option, to_folder
 from pipeline.commands.common.say import print_json, say, warn
+from pipeline.language import as_it_is
 
 _CALCULATORS = ("balance", "propeller", "tether", "added-mass")
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline import translate
 from pipeline.commands.common.options import AS_JSON, RAW
 from pipeline.commands.common.say import print_json, say
+from pipeline.language import as_it_is, translate
 
 if TYPE_CHECKING:
     from pipeline.effects.effect import EffectContext

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline import translate
 from pipeline.commands.common.options import AS_JSON, RAW, RESULTS, to_file
 from pipeline.commands.common.say import end_with, print_json, say
+from pipeline.language import as_it_is, translate
 
 if TYPE_CHECKING:
     from pipeline.records.validation import AllocatorValidation

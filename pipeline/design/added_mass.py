@@ -1,7 +1,7 @@
 """Added mass of a vehicle from the shapes of its parts: input and sum.
 
-Each part has its added mass by a formula (`pipeline.physics.added_mass_shapes`, `strip_theory`,
-`added_mass_potapov`) about its own point, and is moved to the vehicle's origin. Parts do not feel
+Each part has its added mass by a formula (`pipeline.physics.added_mass_shapes`, `strip_theory`)
+about its own point, and is moved to the vehicle's origin. Parts do not feel
 each other, as in the papers.
 """
 
@@ -12,12 +12,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pipeline.errors import CannotComputeError
-from pipeline.physics.added_mass_potapov import potapov_galyaev
 from pipeline.physics.added_mass_sections import rectangle_section
 from pipeline.physics.added_mass_shapes import (
     disc_added_mass,
     ellipsoid_added_mass,
     moved_added_mass,
+    potapov_galyaev,
 )
 from pipeline.physics.strip_theory import (
     equivalent_spheroid,
@@ -150,8 +150,8 @@ def _cylinder_in_frame(part: CylinderInFrame, rho: float) -> FloatArray:
         inner_side_m=part.inner_side_m,
         density_kgpm3=rho,
     )
-    surge, tilt = found.surge.computed, found.tilt_inertia.computed
-    return np.diag([surge, surge, found.heave_figure.computed, tilt, tilt, 0.0])
+    surge, tilt = found.surge_kg, found.tilt_kgm2
+    return np.diag([surge, surge, found.heave_figure_kg, tilt, tilt, 0.0])
 
 
 _FORMULAS: dict[str, Callable[[Any, float], FloatArray]] = {

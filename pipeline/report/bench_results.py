@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.control.inverse import thrust_grid
+from pipeline.language import as_it_is
 from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.base import LIGHTS, Advice, Glance, Light
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.language import as_it_is
 from pipeline.records.base import Advice, Glance
 from pipeline.records.comparison import Comparison, Difference, Side
 from pipeline.report import plotting

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from pipeline import translate
+from pipeline.language import as_it_is, translate
 from pipeline.records.design import BalanceDesign, Design, Printed, PropellerDesign
 from pipeline.report.blocks import Blocks, Details, Section, Table, Text, chapter, fold
 from pipeline.report.numbers import as_printed, general, plural, signed

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from pipeline.language import as_it_is
 from pipeline.records.base import Advice, Glance, Light
 from pipeline.records.day_findings import DayFinding, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord

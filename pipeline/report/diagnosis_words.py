@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pipeline import translate
 from pipeline.effects.library import effects
+from pipeline.language import as_it_is, translate
 from pipeline.records.diagnosis import (
     BenchDiagnosisRecord,
     DiagnosisRecord,

@@ -8,6 +8,7 @@ Red: a fault with its cause, which is not to be taken for nothing; or a log that
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pipeline.language import as_it_is
 from pipeline.records.base import LIGHTS, Advice, Glance, Light
 from pipeline.records.day_findings import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, NextRun

@@ -8,6 +8,8 @@ import string
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pipeline.language import as_it_is
+
 MINUS, NOT_KNOWN = "\N{MINUS SIGN}", "–"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

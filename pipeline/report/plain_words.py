@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from pipeline.effects.library import effects
+from pipeline.language import as_it_is
 from pipeline.records.base import Advice
 from pipeline.records.day_findings import DayFinding
 from pipeline.records.diagnosis import ParameterEstimate

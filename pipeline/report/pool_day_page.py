@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline import translate
+from pipeline.language import as_it_is, translate
 from pipeline.records.base import Advice, Glance
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay
 from pipeline.report import plotting

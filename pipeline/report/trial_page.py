@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from pipeline.errors import CannotComputeError
+from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.trial import ALIKE_CODES, TrialDay, table_changes
 from pipeline.report.blocks import (

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError
+from pipeline.language import as_it_is
 from pipeline.records.base import PageFile
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
 from pipeline.report.bench_results import bench_line, thrust_figure, vehicle_glance

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from pipeline.language import as_it_is
 from pipeline.provenance import Envelope
 
 

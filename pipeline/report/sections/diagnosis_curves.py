@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.language import as_it_is
 from pipeline.records.day_findings import DayFinding
 from pipeline.records.diagnosis import BenchDiagnosisRecord, DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
 from pipeline.report import diagnosis_words as words
 from pipeline.report.blocks import Blocks, Details, Gallery, Table, Text, chapter

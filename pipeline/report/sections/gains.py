@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pipeline.errors import CannotComputeError
+from pipeline.language import as_it_is
 from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
 from pipeline.report.bars import gains_figure

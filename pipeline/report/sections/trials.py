@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from pipeline import translate
+from pipeline.language import as_it_is, translate
 from pipeline.records.base import DayLine
 from pipeline.records.identification import IdentifiedParameter, StraightLineIdentification
 from pipeline.records.trial import PageReceipt, RunLine

@@ -8,9 +8,9 @@ from evaluation.slope_omissions import (
     omission_shifts,
     slope_added_mass,
 )
-from pipeline.physics.added_mass_potapov import potapov_galyaev
+from pipeline.physics.added_mass_shapes import potapov_galyaev
 
-TRUTH_KG = potapov_galyaev().surge.computed
+TRUTH_KG = potapov_galyaev().surge_kg
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import diagnosis_records
 import pytest
 import run_records
 
-from pipeline import translate
+from pipeline.language import as_it_is, translate
 from pipeline.reader_language import use
 from pipeline.records.run_notes import RunNotes
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
