@@ -35,8 +35,8 @@ from pipeline.records.diagnosis import BenchDiagnosisRecord, DiagnosisRecord
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.identification import Identification
 from pipeline.records.pool_day import PoolDay
+from pipeline.records.pool_run import RunNotes
 from pipeline.records.reference import ReferenceRecord
-from pipeline.records.run_notes import RunNotes
 from pipeline.records.trial import DayTables, RunTrial, StoredRun, TrialDay
 from pipeline.stages.vehicle_page import MODELS
 from pipeline.vehicle.schema import Vehicle

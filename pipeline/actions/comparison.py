@@ -12,7 +12,7 @@ from pipeline.identify.bench_changes import bench_changes
 from pipeline.identify.run_changes import RunChange, changes_between
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.comparison import Comparison, Curve, Difference
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.vehicle.sensor_schema import Sensors

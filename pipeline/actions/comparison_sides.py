@@ -22,7 +22,7 @@ from pipeline.provenance import read_envelope
 from pipeline.records.comparison import CodeChange, Curve, Difference, Side
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.measurements import MooringPoint
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.run_notes import BAG_FILE, notes_file, read_run_notes, run_of

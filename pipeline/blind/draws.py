@@ -30,13 +30,7 @@ class Drawn:
 
 
 def draw(effect: str, craft: Craft, scene: Scene, rng: np.random.Generator) -> Drawn:
-    """Draw a direction for an effect.
-
-    Raises
-    ------
-    KeyError
-        For an effect that is not in the library.
-    """
+    """Draw a direction for an effect."""
     return _DRAWS[effect](effect, craft, scene, rng)
 
 

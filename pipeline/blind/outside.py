@@ -56,13 +56,7 @@ class Trouble:
 def draw_trouble(
     name: str, craft: Craft, scene: Scene, durations_s: tuple[float, ...], rng: np.random.Generator
 ) -> Trouble:
-    """Draw a trouble for a case whose runs last so long.
-
-    Raises
-    ------
-    KeyError
-        For a trouble that is not in `TROUBLES`.
-    """
+    """Draw a trouble for a case whose runs last so long."""
     return _DRAWS[name](craft, scene, durations_s, rng)
 
 

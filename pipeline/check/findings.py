@@ -7,8 +7,7 @@ from itertools import chain
 from pipeline.errors import Problem
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.measurements import SheetRead
-from pipeline.records.pool_run import PoolRunRecord
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import PoolRunRecord, RunNotes
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from pipeline.check.proposal import as_lines, lines_of
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead
-from pipeline.records.pool_run import ChannelSummary, PoolRunRecord
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, RunNotes
 
 _MAX_CODES = 40
 _MAX_TOPICS = 40

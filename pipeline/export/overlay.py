@@ -18,7 +18,7 @@ from pipeline.export.mcap_log import (
     register_topics,
     write_whole,
 )
-from pipeline.records.recorded_log import RecordedLog, RecordedMessage
+from pipeline.records.run_arrays import RecordedLog, RecordedMessage
 
 if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
     from mcap.writer import Writer

@@ -35,9 +35,8 @@ from pipeline.ingest.pool_run_topics import (
     requests_of,
 )
 from pipeline.ingest.quantities import same_quantities
-from pipeline.records.pool_run import ChannelSummary, PoolRunRecord
+from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, RunNotes
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_notes import RunNotes
 from pipeline.types import FloatArray
 from pipeline.vehicle.run_notes import notes_file, read_run_notes
 from pipeline.vehicle.schema import Vehicle

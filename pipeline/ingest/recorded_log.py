@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_records import MESSAGE_HEAD
-from pipeline.records.recorded_log import RecordedMessage, RecordedTopic
+from pipeline.records.run_arrays import RecordedMessage, RecordedTopic
 
 
 class RecordedFile(McapFile):

@@ -13,8 +13,8 @@ import numpy as np
 from pipeline.errors import InputError, Place
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run import read_pool_run
+from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_notes import RunNotes
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 

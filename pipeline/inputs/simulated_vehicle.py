@@ -11,7 +11,7 @@ from pipeline.plan import TITLES, VEHICLE_FILE, typed_name
 from pipeline.provenance import file_digest
 from pipeline.records.base import Record
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_table import KnownOfRun, RunTable
 from pipeline.simulate.context import BenchModel, model_of
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle

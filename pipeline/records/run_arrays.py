@@ -3,14 +3,14 @@
 Identification, reports and the diagnosis take runs in this form, whatever log they came from.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.records.pool_run import ChannelRead, ClockRead, TopicRead
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import ChannelRead, ClockRead, RunNotes, TopicRead
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Mark of a reading -> what it says.
@@ -123,3 +123,42 @@ class PoolRun:
     def duration_s(self) -> float:
         """Seconds from the first to the last message of a mapped channel."""
         return (self.end_time_ns - self.start_time_ns) / 1e9
+
+
+@dataclass(frozen=True)
+class RecordedTopic:
+    """A topic with the definition of its messages, whatever their encoding."""
+
+    topic: str
+    message_encoding: str
+    metadata: Mapping[str, str]
+    schema_name: str = ""
+    schema_encoding: str = ""
+    schema_data: bytes = b""
+
+
+class RecordedMessage(NamedTuple):
+    """One message; `number` is that of its topic. Times [ns since 1970]."""
+
+    number: int
+    log_time_ns: int
+    publish_time_ns: int
+    sequence: int
+    data: bytes
+
+
+class RecordedLog(Protocol):
+    """What the writer of an overlay takes; `pipeline.ingest.recorded_log` reads one from a file."""
+
+    @property
+    def metadata(self) -> Mapping[str, Mapping[str, str]]:
+        """Metadata records by name."""
+        ...
+
+    def topic(self, number: int) -> RecordedTopic | None:
+        """Topic of a number that a message had; None where the log does not describe it."""
+        ...
+
+    def messages(self) -> Iterator[RecordedMessage]:
+        """All messages in the order of the file."""
+        ...

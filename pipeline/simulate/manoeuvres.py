@@ -118,6 +118,10 @@ def _level_roll(packed: PackedVehicle) -> float | None:
     return 0.0 if reach_alone(packed)[3] > 0.0 else None
 
 
+def _level_hold(packed: PackedVehicle) -> Setpoint:
+    return Setpoint(None, _depth(packed), 0.0, 0.0, _level_roll(packed))
+
+
 def _under_autopilot(
     packed: PackedVehicle,
     reference: Callable[[float], Setpoint],
@@ -178,9 +182,7 @@ def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> F
         sign = 1.0 if int(t / period) % 2 == 0 else -1.0
         return np.array([sign * force * share if now < 0.75 * period else 0.0, 0, 0, 0, 0, 0])
 
-    keep = Setpoint(
-        depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
-    )
+    keep = _level_hold(packed)
     return FlightPlan(
         duration_s, reference=lambda _t: keep, wrench=wrench, start=_start_of_leg(packed)
     )
@@ -273,9 +275,7 @@ def _excitation(
         table = np.stack([reach[axis] * signal(time_s, axis) for axis in range(6)], axis=1)
         if packed.context.walls:
             table = table - table[: max(round(duration_s / 0.1), 1)].mean(axis=0)
-        keep = Setpoint(
-            depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
-        )
+        keep = _level_hold(packed)
         return FlightPlan(
             duration_s,
             reference=lambda _t: keep,

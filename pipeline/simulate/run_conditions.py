@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_notes import BallastItem, RunNotes
+from pipeline.records.pool_run import BallastItem, RunNotes
 from pipeline.records.run_table import AS_STATED, Conditions, KnownBody
 from pipeline.simulate.events import PayloadEvent, checked_events
 from pipeline.simulate.pack_hull import vector_under

@@ -3,7 +3,7 @@
 from pathlib import Path, PurePath
 
 from pipeline.errors import InputError, Place
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import RunNotes
 from pipeline.vehicle.load import validated
 from pipeline.vehicle.yaml_text import parse
 

@@ -23,11 +23,6 @@ def with_fault(
 
     `values` are in the units of the library; those that are not named are neutral. `thruster` is
     which one, for effects of one thruster.
-
-    Raises
-    ------
-    KeyError
-        For an effect that the truth does not know.
     """
     return FAULTS[effect](craft, values, craft.names.index(thruster) if thruster else -1)
 

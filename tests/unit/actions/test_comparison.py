@@ -11,7 +11,7 @@ from pipeline.actions.comparison_sides import FoundSide
 from pipeline.cli import cli
 from pipeline.plan import UsageError
 from pipeline.records.comparison import Side
-from pipeline.records.run_notes import BallastItem, RunNotes, WaterNotes
+from pipeline.records.pool_run import BallastItem, RunNotes, WaterNotes
 from pipeline.records.run_table import RunTable
 from pipeline.report.comparison_page import comparison_page
 from pipeline.vehicle.load import load_vehicle

@@ -12,7 +12,7 @@ from mcap.writer import CompressionType, Writer
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.export.overlay import write_overlay
 from pipeline.ingest.recorded_log import RecordedFile
-from pipeline.records.recorded_log import RecordedMessage, RecordedTopic
+from pipeline.records.run_arrays import RecordedMessage, RecordedTopic
 from pipeline.simulate.sensors import Channel
 
 START_NS = 1_700_000_000_000_000_000

@@ -11,9 +11,9 @@ import pytest
 from pool_logs import rov
 
 from pipeline.ingest.pool_run import read_pool_run
+from pipeline.records.pool_run import BallastItem, RunEvent, RunNotes, TetherNotes, WaterNotes
 from pipeline.records.pool_schema import UNITS, PoolChannel, PoolColumns
 from pipeline.records.run_arrays import LEFT_OUT_OF_TABLES, MARKS
-from pipeline.records.run_notes import BallastItem, RunEvent, RunNotes, TetherNotes, WaterNotes
 from pipeline.records.run_table import QUANTITIES
 from pipeline.records.trial import ManoeuvreName
 from pipeline.vehicle.run_notes import read_run_notes

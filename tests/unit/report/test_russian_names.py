@@ -10,7 +10,7 @@ import run_records
 
 from pipeline.language import as_it_is, translate
 from pipeline.reader_language import use
-from pipeline.records.run_notes import RunNotes
+from pipeline.records.pool_run import RunNotes
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_line, run_page

@@ -8,7 +8,7 @@ from bundled_models import bundled
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
-from pipeline.records.run_notes import (
+from pipeline.records.pool_run import (
     BallastItem,
     RunEvent,
     RunNotes,

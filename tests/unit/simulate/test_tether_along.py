@@ -7,7 +7,7 @@ import pytest
 from bundled_models import bundled
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.run_notes import RunNotes, TetherNotes
+from pipeline.records.pool_run import RunNotes, TetherNotes
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
