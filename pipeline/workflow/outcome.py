@@ -20,7 +20,7 @@ from pipeline.plan import (
     stage_log,
 )
 from pipeline.provenance import read_envelope, read_raw_envelope
-from pipeline.records.pages import PageFile
+from pipeline.records.base import PageFile
 from pipeline.records.trial import PageReceipt
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_plan import PoolPlan
