@@ -214,13 +214,12 @@ def _ordinary(
     masses, whose uncertainty they share.
     """
     if effect_id == "lift":
-        added = np.diag(read(packed.vector, "added_mass"))
-        munk = {"pitch_slope": added[2] - added[0], "yaw_slope": added[1] - added[0]}
-        name = parameter.name
-        slope = float(read(packed.vector, name.replace("_slope", "_lift_slope")))
-        return float(
-            np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(name, 0.0))
-        )
+        surge, sway, heave = np.diag(read(packed.vector, "added_mass"))[:3]
+        both = {"pitch_slope": (heave, surge), "yaw_slope": (sway, surge)}.get(parameter.name, ())
+        # where the file has no Munk moment, nothing says that its two masses err alike
+        munk = np.hypot(*both) if both and not packed.context.coriolis else -np.diff(both).sum()
+        slope = float(read(packed.vector, parameter.name.replace("_slope", "_lift_slope")))
+        return float(np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk))
     if effect_id == "thrust_deduction" and packed.context.deduction_std is not None:
         return parameter.ordinary
     return {
