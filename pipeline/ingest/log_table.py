@@ -194,11 +194,7 @@ def _field(name: str) -> str:
 
 @dataclass(frozen=True)
 class _Names:
-    """What the names of columns tell.
-
-    Units that stand at the end of a name are put into `units`; what cannot be read is taken out of
-    the `columns`.
-    """
+    """What names of columns tell: their `units`; what cannot be read leaves the `columns`."""
 
     units: dict[str, str]
     columns: dict[str, Any]

@@ -192,10 +192,8 @@ class Flag:
 def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> BoolArray:
     """Find readings (k, m) with another status or quality than usual that are unlike the others.
 
-    They are rougher, stand still, or are jumped into and out of.
-
-    Whether a status of 1 is good or bad, or how much a figure of merit may be, is not asked. What
-    a name does not say to be of validity may be of the motion, in which readings are not noise.
+    They are rougher, stand still, or are jumped into and out of. What a name does not say to be of
+    validity may be of the motion, in which readings are not noise.
     """
     left_out = np.zeros(numbers.size, np.bool_)
     known = numbers[np.isfinite(numbers)]

@@ -1,11 +1,9 @@
 """Which time a reading has: the stamp in its message, or the time at which it was logged.
 
-A stamp tells when the sensor measured, the time of the log when the recorder received the message:
-later, and unsteadily so. Stamps are preferred where they are there, move on and keep pace with the
-log. A stamp of the recorder's own clock is taken as it is; one of another clock (a board that
-counts from its start, a simulated time, a computer set differently) is laid onto the time of the
-log by a straight line that outliers do not move. The line goes through the
-median, so the median latency of such a clock stays in it.
+Stamps are preferred where they are there, move on and keep pace with the log, which comes later and
+unsteadily so. A stamp of the recorder's own clock is taken as it is; one of another clock (a board
+that counts from its start, a simulated time) is laid onto the time of the log by a straight line
+through the median, so the median latency of such a clock stays in it.
 """
 
 from collections.abc import Mapping
@@ -69,10 +67,9 @@ def choose_time(
 ) -> Timing:
     """Choose the time of a topic's messages.
 
-    `log_time_ns` (k,) is when each message was logged, `stamp_ns` (k,) its stamp, `NO_STAMP` where
-    it has none. `wanted` is "header", "log", "field" as the vehicle file says, None leaves the
-    choice here. `expected_delay_s` is the known age of a reading when it is logged: so much latency
-    is no difference of clocks. Falls back to the time of the log where the stamps cannot be used.
+    `stamp_ns` (k,) are stamps, `NO_STAMP` where there is none; `wanted` is "header", "log", "field"
+    as the vehicle file says, None leaves the choice here. `expected_delay_s` is the known age of a
+    reading when it is logged: so much latency is no difference of clocks.
     """
     if wanted == "log":
         return _logged(log_time_ns, "the vehicle file says so")
@@ -169,10 +166,8 @@ def share_clocks(
 ) -> dict[str, Timing]:
     """Lay topics that one other clock stamped onto the log by one line, not by a line each.
 
-    A line goes through the median latency of its topic, so a line each would move topics of
-    different latency against each other. The line of the steadiest topic is taken for all whose
-    offsets agree within a second. `timings` are as `choose_time` chose them, `stamps` (k,), by
-    topic.
+    A line each would move topics of different latency against each other. That of the steadiest
+    topic is taken for all whose offsets agree within a second.
     """
     shared = dict(timings)
     apart = {
@@ -228,10 +223,7 @@ def _segments(stamp_ns: IntArray, log_ns: IntArray) -> tuple[list[tuple[int, int
 
 
 def _pace(stamp_ns: IntArray, log_ns: IntArray, segments: list[tuple[int, int]]) -> float:
-    """Seconds of the log in one second of the stamps, over all parts together.
-
-    A clock in another unit looks as if it jumped at every message; then all is one part.
-    """
+    """Seconds of the log in one second of the stamps, over all parts together."""
     stamps = float(sum(stamp_ns[end - 1] - stamp_ns[begin] for begin, end in segments))
     logged = float(sum(log_ns[end - 1] - log_ns[begin] for begin, end in segments))
     if stamps == 0 or logged == 0:

@@ -1,9 +1,7 @@
 """Which topic carries which quantity, where the vehicle file does not say it.
 
-A rule looks at the fields of a topic's first message (so it serves every encoding), at its name and
-at its type. Of several topics that fit, the rule of the highest rank decides, then the number of
-messages; one with few messages goes after all others. What was chosen, and what else would have
-fitted, is told.
+A rule looks at the fields of a topic's first message, at its name and its type. Of several topics
+that fit, the rule of the highest rank decides, then the number of messages; one with few goes last.
 """
 
 import re
@@ -90,8 +88,7 @@ def choose_by_default(
     """Find the quantities that are not `stated`, and note what a person should know of the choice.
 
     Returns for each quantity the plans that fit, the likeliest first; plans of topics that serve
-    one thruster each; a warning, if any. Which plan of a group is taken shows when they have been
-    read. The vehicle's name may be that of a namespace.
+    one thruster each; a warning, if any.
     """
     groups: list[tuple[Plan, ...]] = []
     each: list[Plan] = []
@@ -190,8 +187,7 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
 def _is_over_earth(topic: TopicFound) -> bool:
     """Tell whether a twist is in the axes of the earth.
 
-    A stamped twist is in the frame of its header (mavros: velocity_local in "map", velocity_body in
-    "base_link"); that of nav_msgs/Odometry in its child frame, whatever the frame of its pose.
+    A stamped one is in the frame of its header, that of nav_msgs/Odometry in its child frame.
     """
     return value_at(topic.probe, ("child_frame_id",)) is None and is_earth(topic.frame)
 

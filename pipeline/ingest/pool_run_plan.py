@@ -52,10 +52,7 @@ def elements_of(  # noqa: PLR0917  one caller
     notes: list[str],
     doubts: list[str],
 ) -> tuple[Path | None, tuple[str, ...], list[Path]]:
-    """Say which thruster each element belongs to: by names in the messages, or by their order.
-
-    Returns where the names stand, or the thrusters of the elements; and the numbers to take.
-    """
+    """Return where the names of elements stand, or their thrusters; and the numbers to take."""
     if stated.quantity not in PER_THRUSTER:
         return None, (), numbers
     if stated.thrusters is not None:
@@ -140,10 +137,7 @@ class TopicFound:
 
 @dataclass(frozen=True)
 class Plan:
-    """One channel: numbers of a topic's messages, and what they mean.
-
-    `stated` is the channel as the vehicle file has it, or as a default would state it.
-    """
+    """One channel: numbers of a topic's messages, and what they mean, as `stated` or by default."""
 
     stated: PoolChannel
     topic: str
@@ -193,10 +187,9 @@ class Plan:
 def plan_channel(
     stated: PoolChannel, topic: TopicFound, thrusters: Sequence[str], mapped_by: str
 ) -> Plan:
-    """Work out what a channel takes from a topic, by the topic's first message.
+    """Work out what a channel takes from a topic, by its first message; raises `NotThereError`.
 
-    `mapped_by` is "vehicle file", or the rule that chose it. Raises `NotThereError` where the
-    message does not hold the field or not the right number of components.
+    `mapped_by` is "vehicle file", or the rule that chose it.
     """
     probe = topic.probe
     if probe is None:

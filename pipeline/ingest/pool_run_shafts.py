@@ -70,10 +70,7 @@ def shafts_too_slow(run: PoolRun, table: RunTable, vehicle: Vehicle) -> Iterator
 
 
 def shafts_against_commands(run: PoolRun, table: RunTable) -> Iterator[Problem]:
-    """Say where a shaft turns against its command, or does what another's command says.
-
-    Both over a second, in which a shaft follows its command.
-    """
+    """Say where a shaft turns, over a second, against its command, or by another's command."""
     shafts = thrusters_of(run, "shaft_speed")
     names = [one for one in thrusters_of(run, "command") if one in {*shafts} & {*table.thrusters}]
     if not names:

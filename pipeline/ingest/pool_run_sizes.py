@@ -161,10 +161,7 @@ def down_apart_deg(table: RunTable) -> float:
 
 
 def doubtful_depths(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
-    """Warn where depths are those of a pressure in another unit, or lie above the water.
-
-    The vehicle's water turns depths back into pressures.
-    """
+    """Warn where depths are those of a pressure in another unit, or lie above the water."""
     channel = run.channels.get("depth")
     depth = np.zeros(0) if channel is None else channel.values[channel.usable()].ravel()
     depth = depth[np.isfinite(depth)]

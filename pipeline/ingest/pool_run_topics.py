@@ -299,10 +299,7 @@ def nothing_mapped(
 def requests_of(
     plans: Sequence[Plan],
 ) -> tuple[dict[str, Request], dict[tuple[str, str], tuple[int, int]]]:
-    """Put the plans of one topic together; return where each finds its numbers.
-
-    Where the messages of a topic say their time is as stated for any of its channels.
-    """
+    """Put the plans of one topic together; return where each finds its numbers."""
     requests: dict[str, Request] = {}
     where: dict[tuple[str, str], tuple[int, int]] = {}
     for topic in dict.fromkeys(plan.topic for plan in plans):

@@ -46,15 +46,11 @@ def read_true_start(path: Path) -> StartOfRun | None:
     """
     if path.suffix.lower() != ".mcap":
         return None  # another recorder's
-    for topic in McapFile(path, path.name).topics():
-        is_true = (topic.name, topic.message_type, topic.encoding) == _MOTION
-        if is_true and topic.probe is not None:
-            return _motion(topic.probe)
-    return None
-
-
-def _motion(message: Mapping[str, Any]) -> StartOfRun | None:
-    """Take pose and twist out of an Odometry; None where they cannot be."""
+    topics = McapFile(path, path.name).topics()
+    named = (one for one in topics if (one.name, one.message_type, one.encoding) == _MOTION)
+    message: Mapping[str, Any] | None = next((one.probe for one in named if one.probe), None)
+    if message is None:
+        return None
     pose, twist = message["pose"], message["twist"]
     parts = (pose["pose"]["position"], pose["pose"]["orientation"], *twist["twist"].values())
     place, (x, y, z, w), linear, angular = (np.array(list(one.values())) for one in parts)
