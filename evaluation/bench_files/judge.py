@@ -10,7 +10,8 @@ import numpy as np
 from evaluation.bench_files.corruptions import CORRUPTIONS, Corruption
 from evaluation.bench_files.table import save, write_down
 from evaluation.bench_files.truth import Truth, draw_truth, judged
-from pipeline.check.bench_files import READERS, RawRecord
+from pipeline.stages.bench_records import READERS
+from pipeline.stages.job import RawRecord
 from pipeline.types import FloatArray
 
 Outcome = Literal["right", "refused", "told", "silently wrong"]

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.check.bench_files import READERS, RawRecord
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.records.fits import InverseCharacteristic
+from pipeline.stages.bench_records import READERS
+from pipeline.stages.job import RawRecord
 from pipeline.vehicle.load import load_vehicle
 
 CASES = Path(__file__).parent / "bench_cases"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from bench_workbooks import vehicle, write_workbook
 
-from pipeline.check.bench_files import READERS, RawRecord
+from pipeline.stages.bench_records import READERS
+from pipeline.stages.job import RawRecord
 
 SHARE = np.linspace(-1.0, 1.0, 21)
 THRUST = 40.0 * np.sign(SHARE) * np.clip((np.abs(SHARE) - 0.06) / 0.94, 0.0, None) ** 1.8

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from bench_workbooks import vehicle, write_workbook
 
-from pipeline.check.bench_files import READERS, RawRecord
+from pipeline.stages.bench_records import READERS
+from pipeline.stages.job import RawRecord
 
 SHARE = np.linspace(-1.0, 1.0, 21)
 CODE = np.round(127.0 * SHARE)
