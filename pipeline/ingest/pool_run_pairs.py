@@ -24,6 +24,8 @@ from pipeline.types import BoolArray, FloatArray
 _LEAST_ROWS, _WHOLE = 120, 0.99
 #: Correlations from which on a ratio tells a unit, and another reading would surely agree.
 _ALIKE, _SURELY = 0.8, 0.9
+#: Share of the least motion that is none of noise where another reading agrees.
+_HARDLY = 0.3
 #: A quantity that is smaller may be right where noise hides the other, which then does not last:
 #: its correlation with itself a second later is -0.5 for noise, near 1 in motion.
 _LEAST_RATIO, _LASTING = 0.5, 0.5
@@ -166,9 +168,10 @@ def _signals(
             yield ("velocity", by), otherwise.pop(""), rates, otherwise
     if readings and felt is not None:
         change = change_of(readings[0].velocity, table)
-        # an attitude that is off feels gravity all the time
-        both = (one - np.nanmean(one, axis=0) for one in (change, felt))
-        yield ("velocity", "specific_force"), next(both), next(both), {}
+        if all(np.isfinite(one).any(axis=0).all() for one in (change, felt)):
+            # an attitude that is off feels gravity all the time
+            both = [one - np.nanmean(one, axis=0) for one in (change, felt)]
+            yield ("velocity", "specific_force"), both[0], both[1], {}
 
 
 def compared(run: PoolRun, pair: Pair) -> Iterator[Problem]:
@@ -207,9 +210,9 @@ def _at_odds(kind: Kind, called: str, readings: Mapping[str, FloatArray], made: 
             return ""
         looks = f": it looks like {looks}" if looks else ""
         return f"is {ratio:.3g} times {called}{looks}; check its unit, or the times are others."
-    if np.sqrt((made**2).mean()) < kind.least:
-        return ""
     better = [how for how, (alike, _) in agreement.items() if alike >= _SURELY]
+    if np.sqrt((made**2).mean()) < (_HARDLY if better else 1.0) * kind.least:
+        return ""
     if correlation <= kind.against or better:
         would = f" With {' or '.join(better)} it would agree." if better else ""
         return f"runs against {called} (correlation {correlation:.2f}).{would}"

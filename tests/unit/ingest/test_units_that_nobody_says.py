@@ -172,7 +172,7 @@ def test_axes_of_an_attitude_that_are_swapped(swap: bool, tmp_path: Path) -> Non
     ]
     path.write_text("\n".join([head, *rows]))
     said = warned(read_pool_run(path, rov(), tmp_path))
-    assert ("the axes of one of them are swapped" in said) == swap
+    assert ("With the axes x and y swapped it would agree" in said) == swap
 
 
 def test_a_barometer_that_was_never_under_water_is_told(tmp_path: Path) -> None:
