@@ -118,10 +118,10 @@ def test_intervals_hold_where_the_thrust_was_drawn_too(
     runs = simulated_runs(campaign, drawn.vector, 1, drawn.packed)
     fit = fit_vehicle(packed, sensors, runs, uncertainty=doubts(campaign), hold_out=False)
     assert fit.solution.converged
-    count = len(fit.parameters)
+    parameters = fit.solution.problem.parameters
+    count = len(parameters)
     truth = [
-        (value - p.nominal) / p.prior_std
-        for p, value in zip(fit.parameters, drawn.values, strict=True)
+        (value - p.nominal) / p.prior_std for p, value in zip(parameters, drawn.values, strict=True)
     ]
     off = truth - (fit.solution.point.steps + fit.posterior.middle)[:count]
     covariance = (
@@ -130,7 +130,7 @@ def test_intervals_hold_where_the_thrust_was_drawn_too(
     distance = float(off @ np.linalg.solve(covariance, off))
     assert 0.001 < stats.chi2.cdf(distance, count) < 0.999
     # no one knows the thrust better than the bench: the masses are as uncertain as it
-    masses = [p.name.startswith("added_mass") for p in fit.parameters]
+    masses = [p.name.startswith("added_mass") for p in parameters]
     assert (fit.posterior.std[masses] > 5 * fit.posterior.known_std[masses]).all()
 
 
