@@ -467,19 +467,19 @@ def heaving(amplitude: float, period: float, dt: float, seconds: float) -> np.nd
 
 
 @pytest.mark.parametrize(
-    ("amplitude", "added_mass", "drag", "segments"),
+    ("amplitude", "water", "segments"),
     # without drag nothing damps the waves that a segment is too long for
-    [(1.0, 1.0, 1.2, 40), pytest.param(0.5, 0.0, 0.0, 80, marks=pytest.mark.slow)],
+    [(1.0, (1.0, 1.2), 40), pytest.param(0.5, (0.0, 0.0), 80, marks=pytest.mark.slow)],
 )
 def test_a_second_lumped_mass_library_gives_the_same_tension_and_motion(
     moordyn: ModuleType,
     tmp_path: Path,
     amplitude: float,
-    added_mass: float,
-    drag: float,
+    water: tuple[float, float],
     segments: int,
 ) -> None:
     """MoorDyn over 10 s of a heaving end: directions of the nodes there, of the segments here."""
+    added_mass, drag = water
     tether = rope(segments, normal_drag=drag, added_mass=added_mass)
     dt = 0.005
     velocity = heaving(amplitude, 5.0, dt, 10.0)
