@@ -218,9 +218,12 @@ def _held(one: TetherInput, request: DesignRequest) -> HeldVehicle | None:
 
 
 def held_vehicle(
-    vehicle: Vehicle, packed: "PackedVehicle", *, heading_rad: float = 0.0,
+    vehicle: Vehicle,
+    packed: "PackedVehicle",
+    *,
+    heading_rad: float = 0.0,
     attachment_m: FloatArray | None = None,
-) -> HeldVehicle:  # fmt: skip
+) -> HeldVehicle:
     """Put a packed vehicle and its file into what the tether calculation asks for."""
     from pipeline.simulate.context import model_of
 

@@ -37,9 +37,15 @@ class PoolDayFiles:
 
 
 def plan_day(
-    vehicle: str, minutes: float, *, pool_m: tuple[float, float, float] | None, to: Path | None,
-    raw: Path, out: Path, tell: Callable[[str], None],
-) -> PoolDayFiles:  # fmt: skip
+    vehicle: str,
+    minutes: float,
+    *,
+    pool_m: tuple[float, float, float] | None,
+    to: Path | None,
+    raw: Path,
+    out: Path,
+    tell: Callable[[str], None],
+) -> PoolDayFiles:
     """Plan a day, write its page, logs and codes, and hold the last plan against what was flown.
 
     Raises

@@ -58,10 +58,17 @@ if TYPE_CHECKING:
 @RAW
 @OUT
 def blind(
-    *, to: Path | None, data: Path | None, as_json: bool, raw: Path, out: Path,
-    vehicles: tuple[str, ...], run_s: float, keep_logs: bool,
+    *,
+    to: Path | None,
+    data: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+    vehicles: tuple[str, ...],
+    run_s: float,
+    keep_logs: bool,
     **what: Any,  # noqa: ANN401 - fields of the request
-) -> None:  # fmt: skip
+) -> None:
     r"""Check the diagnosis blindly: make cases, diagnose them, open the labels, score.
 
     The cases come from a simulator of their own that shares nothing with the one that the

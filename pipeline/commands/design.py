@@ -27,9 +27,15 @@ _CALCULATORS = ("balance", "propeller", "tether", "added-mass")
 @folder("--raw", "raw", "Where a vehicle that FILE names is looked for.  [default: raw]")
 @folder("--out", "", "Folder that holds processed/ and reports/.  [default: here]")
 def design(
-    *, calculator: str, file: Path | None, example: str | None, to: Path | None, as_json: bool,
-    raw: Path, out: Path,
-) -> None:  # fmt: skip
+    *,
+    calculator: str,
+    file: Path | None,
+    example: str | None,
+    to: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
     r"""Calculate before building: thruster loads, a propeller, a tether's pull, added masses.
 
     balance: angle of attack and load of each stern thruster with residual buoyancy under way.

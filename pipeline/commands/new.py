@@ -23,9 +23,14 @@ from pipeline.commands.common.say import print_json, say
 )
 @AS_JSON
 def new(
-    *, vehicle: str | None, like: str | None, show_list: bool, raw: Path, example: bool,
+    *,
+    vehicle: str | None,
+    like: str | None,
+    show_list: bool,
+    raw: Path,
+    example: bool,
     as_json: bool,
-) -> None:  # fmt: skip
+) -> None:
     r"""Write a raw folder to fill in: a commented vehicle.yaml and a form for each kind of test.
 
     With --like the vehicle file is that of a bundled vehicle, ready to simulate and to be made your

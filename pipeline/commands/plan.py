@@ -1,7 +1,7 @@
 """``rig2sea plan``."""
 
 import re
-from typing import Any
+from pathlib import Path
 
 import click
 
@@ -26,7 +26,16 @@ _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
 @AS_JSON
 @RAW
 @OUT
-def plan(*, pool: str | None, as_json: bool, **asked: Any) -> None:  # noqa: ANN401 - as `plan_day`
+def plan(
+    *,
+    vehicle: str,
+    minutes: float,
+    pool: str | None,
+    to: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
     r"""Plan the next pool day: the shortest list of manoeuvres that determines the parameters.
 
     Each manoeuvre is flown in simulation, inside the pool; the list grows by what helps most, until
@@ -48,7 +57,7 @@ def plan(*, pool: str | None, as_json: bool, **asked: Any) -> None:  # noqa: ANN
 
     room = None if found is None else (float(found[1]), float(found[2]), float(found[3]))
     with telling() as tell:
-        made = plan_day(pool_m=room, tell=tell, **asked)
+        made = plan_day(vehicle, minutes, pool_m=room, to=to, raw=raw, out=out, tell=tell)
     if as_json:
         last = [one.model_dump() for one in made.flown]
         print_json({**made.record.model_dump(mode="json"), "last": last})

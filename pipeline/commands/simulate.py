@@ -77,9 +77,15 @@ if TYPE_CHECKING:
 @RAW
 @OUT
 def simulate(
-    *, vehicle: str | None, manoeuvre: str | None, log: Path | None, to: Path | None,
-    show_list: bool, as_json: bool, **request: Any,  # noqa: ANN401 - fields of the request
-) -> None:  # fmt: skip
+    *,
+    vehicle: str | None,
+    manoeuvre: str | None,
+    log: Path | None,
+    to: Path | None,
+    show_list: bool,
+    as_json: bool,
+    **request: Any,  # noqa: ANN401 - fields of the request
+) -> None:
     r"""Simulate a manoeuvre, or the commands of a log, and write what would have been logged.
 
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle

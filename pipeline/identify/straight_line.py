@@ -46,9 +46,14 @@ NOTABLE_SHIFT = 0.1
 
 
 def straight_line(
-    packed: PackedVehicle, sensors: Sensors, runs: Sequence[RunTable], *, axis: str = "surge",
-    method: Method = "local_polynomial", bandwidth_hz: float = BANDWIDTH_HZ,
-) -> StraightLineIdentification:  # fmt: skip
+    packed: PackedVehicle,
+    sensors: Sensors,
+    runs: Sequence[RunTable],
+    *,
+    axis: str = "surge",
+    method: Method = "local_polynomial",
+    bandwidth_hz: float = BANDWIDTH_HZ,
+) -> StraightLineIdentification:
     """Estimate an added mass by the slope, without and with the terms that the slope omits.
 
     Along an `axis`, surge, sway or heave, with the velocity smoothed to -3 dB at `bandwidth_hz`.

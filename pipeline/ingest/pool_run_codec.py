@@ -95,8 +95,11 @@ def _add_files(pool: Any, described: Any) -> None:  # noqa: ANN401  of google.pr
     known = [
         importlib.import_module(f"google.protobuf.{one}_pb2").DESCRIPTOR for one in _WELL_KNOWN
     ]
-    known = [one for one in known if defined.isdisjoint(
-        f"{one.package}.{name}" for name in one.message_types_by_name)]  # fmt: skip
+    known = [
+        one
+        for one in known
+        if defined.isdisjoint(f"{one.package}.{name}" for name in one.message_types_by_name)
+    ]
     for one in known:
         pool.AddSerializedFile(one.serialized_pb)
     waiting = {file.name or f"file-{number}": file for number, file in enumerate(described)}

@@ -141,8 +141,9 @@ def over_the_earth(
     if "attitude" not in table.values:
         return ""
     theirs = resample(replace(run, channels={"velocity": other}), TABLE_HZ, off_rows=False)
-    rows = np.all([*(table.valid[one] for one in ("velocity", "attitude")),
-                   theirs.valid["velocity"]], axis=0)  # fmt: skip
+    rows = np.all(
+        [*(table.valid[one] for one in ("velocity", "attitude")), theirs.valid["velocity"]], axis=0
+    )
     if rows.sum() < _FEWEST_ROWS // 2:
         return ""
     velocity = theirs.values["velocity"]

@@ -180,9 +180,14 @@ class PoolPlan:
 
 
 def plan_pool(
-    vehicle: VehicleFolder, out: Path, known: KnownFiles, *,
-    waiting: frozenset[str] = frozenset(), force: bool = False, workers: int = 1,
-) -> PoolPlan:  # fmt: skip
+    vehicle: VehicleFolder,
+    out: Path,
+    known: KnownFiles,
+    *,
+    waiting: frozenset[str] = frozenset(),
+    force: bool = False,
+    workers: int = 1,
+) -> PoolPlan:
     """Compare the results of a vehicle's runs with what they were made from.
 
     The `stale` files of the plan are to be removed before the engine starts. `known` has digests

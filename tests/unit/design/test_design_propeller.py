@@ -98,7 +98,7 @@ def test_the_ranking_meets_the_task_and_is_in_order() -> None:
 
 
 def test_no_other_propeller_of_a_fine_grid_needs_less_power() -> None:
-    task = Task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
+    task = Task(INPUT, drive_limit(INPUT.drive))
     best = least_power(task, 3)
     assert best is not None
     d, p, a, n = (
@@ -123,7 +123,7 @@ def test_no_other_propeller_of_a_fine_grid_needs_less_power() -> None:
 
 
 def test_full_power_is_where_both_torques_meet() -> None:
-    task = Task(INPUT, drive_limit(INPUT.drive))  # type: ignore[arg-type]
+    task = Task(INPUT, drive_limit(INPUT.drive))
     met = full_power(task, Geometry(3, 0.19, 1.1, 0.35))
     assert met is not None
     assert float(met.torque_nm) == pytest.approx(
