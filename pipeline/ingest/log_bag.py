@@ -118,6 +118,8 @@ class Ros1Bag(BagFile):
         reader = Reader(self.path)
         try:
             reader.open()
+        except UnicodeDecodeError:
+            raise self._unreadable(ValueError("it does not begin with #ROSBAG")) from None
         except (ReaderError, OSError, ValueError, KeyError, AssertionError) as error:
             raise self._unreadable(error) from None
         return closing(reader)

@@ -130,6 +130,13 @@ def test_a_bag_is_left_as_it_is(tmp_path: Path) -> None:
     assert {one.name for one in tmp_path.iterdir()} == {"run.db3", "bag"}
 
 
+def test_of_other_bytes_than_a_bag_it_is_said_that_they_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "run.bag"
+    path.write_bytes(bytes(range(128, 256)) * 8)
+    with pytest.raises(InputError, match="does not begin with #ROSBAG"):
+        read_pool_run(path, rov(), tmp_path)
+
+
 def test_a_table_without_a_time_is_no_run(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("code,thrust [N]\n10,1.5\n")
