@@ -17,7 +17,7 @@ _DIRECTIONS = data_of("bench_words")["directions"]
 _LETTERS, _TURNS, _SIGNS, _TRUTHS = (
     _DIRECTIONS[name] for name in ("letters", "turns", "signs", "truths")
 )
-_MOST_TEXTS = 4
+_MOST_TEXTS, _SIDES = 4, (1, -1)
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def _of_column(
     # 1 is reverse in a column that is called so, ahead in one that is called that
     of_head = -_section_sign(head)
     truths = [one for one in _TRUTHS if of_head and set(distinct) <= set(one)]
-    are_signs = is_named and set(distinct) <= {*_SIGNS, "1"}
-    if any(map(is_number, distinct)) and not (truths or are_signs):
+    are_signs, are_two = set(distinct) <= {*_SIGNS, "1"}, len(distinct) == len(_SIDES)
+    if any(map(is_number, distinct)) and not (truths or (is_named and (are_signs or are_two))):
         return None
     meaning, by_turn = _meaning(distinct, is_named=is_named)
     if truths:
@@ -190,7 +190,7 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
         found = directions_of(table.block, list(codes), stated, table.kind)
         signs, unsigned = found.signs, min(codes.values()) >= 0.0
         unknown = found.problem is not None and found.problem.severity == "error"
-        if found.problem is not None:
+        if found.problem is not None and (unsigned or not unknown):
             yield found.problem
         if unsigned and not unknown:
             if told := "" if signs else _told_reverse(table):

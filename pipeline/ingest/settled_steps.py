@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.rows import counted, listed
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray
 
 _SETTLING, _AVERAGED = "settling", "averaged"
 #: A log holds a step for at least so many rows; with fewer each row is a reading of its own.
@@ -27,8 +28,13 @@ _LEAST_RAMP_ROWS = 40
 #: Of a load test's log: what the speed may move in a second, of its largest, over which time it is
 #: told, and the least share of rows in which it rests.
 _MOST_PER_S, _WINDOW_S, _LEAST_STEADY = 0.03, 0.25, 0.25
-#: Of the largest speed: what a speed is measured by at a command at which it all but stands.
-_SMALL = 0.1
+#: Of the largest speed: what it is measured by where it all but stands, and the change of it that
+#: tells when it follows a command.
+_SMALL, _TOLD = 0.1, 0.1
+#: Of all torques: what a load is changed by at once. A command has no more loads than this.
+_LOAD_STEP, _MOST_LOADS = 0.015, 12
+#: Of the rows of a load.
+_MOST_LATE = 0.4
 
 
 def settle(table: Table) -> Iterator[Problem]:
@@ -37,23 +43,65 @@ def settle(table: Table) -> Iterator[Problem]:
     The readings, in the order of time, stay as they are where the file is no such log: with fewer
     than four rows a step, or without a time and without steps that settle.
     """
-    readings = table.readings
-    live = [at for at, one in enumerate(readings) if not one.marks]
-    if not live:
+    if not table.live():
         return
     values, time_s, period_s, runs, rows = _in_time(table.live(), table.measured)
     if np.isnan(time_s).any() and not _begin_late(values, runs):
         return
     if rows < _LEAST_ROWS:
-        if 0.0 < period_s < _RAMP_PERIOD_S and len(live) >= _LEAST_RAMP_ROWS:
+        if 0.0 < period_s < _RAMP_PERIOD_S and len(values) >= _LEAST_RAMP_ROWS:
             yield _ramp(table, period_s)
+    elif len(runs) >= _LEAST_STEPS:
+        yield from _average(table, runs, [float(np.max(np.abs(values)))] * len(runs))
+
+
+def settle_loads(table: Table) -> Iterator[Problem]:
+    """Average the settled part of each load of a load test's log in time; a slow ramp stays rows.
+
+    The readings stay as they are where the rows come seldom, or have no times and follow their
+    command at once: each is a reading then. Of a ramp the rows in which the speed still moves are
+    marked. The table is left out where the command never rests, or the speed lags behind it.
+    """
+    readings = table.live()
+    speed, time_s, period_s, runs, rows = _in_time(readings, "shaft_speed")
+    late = _rows_late(speed, runs)
+    is_log = late >= 1.0 if np.isnan(time_s).any() else 0.0 < period_s < _RAMP_PERIOD_S
+    if len(readings) < _LEAST_RAMP_ROWS or not is_log:
         return
-    if len(runs) < _LEAST_STEPS:
-        return
-    scale = float(np.max(np.abs(values)))
+    loads = _held(numbers(readings, "torque"), runs)
+    held = float(np.median([last - first for first, last in loads])) if loads else 0.0
+    largest = _SMALL * float(np.abs(speed).max())
+    scales = [max(largest, float(np.abs(speed[first:last]).max())) for first, last in loads]
+    if rows < _LEAST_ROWS:
+        yield _ramp(table, period_s)
+    elif late > _MOST_LATE * max(held, rows / _MOST_LOADS):
+        yield _lags(table, f"follows its command only after {late:g} rows")
+    elif held >= _LEAST_ROWS:
+        yield from _average(table, loads, scales)
+    elif np.isfinite(period_s):
+        parts = [speed[first:last] for first, last in runs]
+        steady = np.concatenate(
+            [_rests(one / np.abs(one).max(initial=largest), period_s) for one in parts]
+        )
+        if steady.sum() < _LEAST_STEADY * len(steady):
+            yield _lags(table, f"rests in {steady.sum()} of {len(steady)} rows only")
+            return
+        moving = {one.row for one, rests in zip(readings, steady, strict=True) if not rests}
+        table.mark(moving, _SETTLING)
+        if moving:
+            yield table.place.note(f"a log in time: in {listed(sorted(moving))} the speed moves.")
+
+
+def _average(
+    table: Table, runs: Sequence[tuple[int, int]], scales: Sequence[float]
+) -> Iterator[Problem]:
+    """Average the settled rows of each step; `scales` are of what is measured, for each."""
+    readings = table.readings
+    live = [at for at, one in enumerate(readings) if not one.marks]
+    values, name = numbers(table.live(), table.measured), table.measured.replace("_", " ")
     done = list(readings)
     moving: list[int] = []
-    for first, last in runs:
+    for (first, last), scale in zip(runs, scales, strict=True):
         step = values[first:last]
         start = first + _settled_from(step, scale)
         third = max(1, len(step) // 3)
@@ -66,69 +114,54 @@ def settle(table: Table) -> Iterator[Problem]:
             done[at] = replace(done[at], marks=(_SETTLING if at < live[start] else _AVERAGED,))
         done[live[start]] = _mean([readings[at] for at in live[start:last]])
     table.readings = done
+    rows = float(np.median([last - first for first, last in runs]))
     yield table.place.note(
         f"a log in time of {counted(len(runs), 'step')} of about {rows:g} rows: each step counts "
         "once, as the mean of its settled rows."
     )
     if moving:
-        table.must_go = 3 * len(moving) > len(runs)
+        table.must_go = 3 * len(moving) >= len(runs)
         yield Problem(
             "error" if table.must_go else "warning",
             table.at(moving[0]),
-            f"the thrust still moves at the end of the steps that begin in {listed(moving)}.",
-            "steps that are held until the thrust rests.",
-            "Hold each command longer, or mark the rows with #.",
+            f"the {name} still moves at the end of the steps that begin in {listed(moving)}.",
+            f"steps that are held until the {name} rests.",
+            "Hold each command and load longer, or mark the rows with #.",
         )
 
 
-def settle_loads(table: Table) -> Iterator[Problem]:
-    """Leave of a load test's log in time what is steady: steps of the load, or a slow ramp of it.
-
-    The readings stay as they are where no times are there or the rows come seldom: each is a
-    reading then. Rows in which speed or torque still move are marked, the rows of a step are
-    averaged. The table is left out where the command never rests or little else is steady.
-    """
-    readings = table.readings
-    live = [at for at, one in enumerate(readings) if not one.marks]
-    speed, _, period_s, runs, rows = _in_time(table.live(), "shaft_speed")
-    if len(live) < _LEAST_RAMP_ROWS or not 0.0 < period_s < _RAMP_PERIOD_S:
-        return
-    if rows < _LEAST_ROWS:
-        yield _ramp(table, period_s)
-        return
-    signals = np.stack([speed, numbers(table.live(), "torque")], axis=1)
-    largest = np.abs(signals).max(axis=0) + 1e-12
-    done = [one if one.marks else one.marked(_SETTLING) for one in readings]
-    steady, steps = 0, 0
-    for first, last in runs:
-        own = signals[first:last]
-        scale = np.maximum(np.abs(own).max(axis=0), _SMALL * largest)
-        for part in _stretches(_rests(own[:, 0] / scale[0], period_s), period_s):
-            at = [live[first + index] for index in part]
-            steady += len(at)
-            # a slow ramp is no step
-            parts = [one.mean(axis=0) for one in np.array_split(own[part] / scale, _LEAST_ROWS)]
-            as_step = bool((np.ptp(parts, axis=0) <= 2.0 * _TOLERANCE).all())
-            steps += as_step
-            for index in at:
-                done[index] = readings[index].marked(*[_AVERAGED] * as_step)
-            if as_step:
-                done[at[0]] = _mean([readings[index] for index in at])
-    if steady < _LEAST_STEADY * len(live):
-        problem = table.place.error(
-            f"a log in time, a row every {period_s:.3g} s, whose speed rests in {steady} of "
-            f"{len(live)} rows only: it lags behind command and load. So the table was left out.",
-            "steps of the load that are held until the speed rests, or a slow ramp of it.",
+def _lags(table: Table, how: str) -> Problem:
+    return table.leave_out(
+        table.place.error(
+            f"a log in time whose speed {how}: it lags behind command and load. So the table was "
+            "left out.",
+            "loads that are held until the speed rests, or a slow ramp of the load.",
             "Hold each load for some seconds; or write one settled row for each load.",
         )
-        yield table.leave_out(problem)
-        return
-    table.readings = done
-    if steps or steady < len(live):
-        yield table.place.note(
-            f"a log in time: in {steady} of {len(live)} rows the speed rests; "
-            f"{counted(steps, 'step')} of these count once each, as the mean."
-        )
+    )
+
+
+def _rows_late(speed: FloatArray, runs: Sequence[tuple[int, int]]) -> float:
+    """Return how many rows after a command the speed is half way to what belongs to it."""
+    late = []
+    for (first, last), (_, end) in pairwise(runs):
+        before = float(np.median(speed[first:last][-max(1, (last - first) // _MOST_LOADS) :]))
+        change = speed[last:end] - before
+        whole = float(np.median(change[-max(1, len(change) // 2) :]))
+        if abs(whole) > _TOLD * float(np.abs(speed).max()):
+            late.append(int(np.argmax(change / whole > 0.5)))
+    return float(np.median(late)) if late else 0.0
+
+
+def _held(torque: FloatArray, runs: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Part the rows of each command where the load is changed at once; none of a ramp of it."""
+    jump = max(_LOAD_STEP * float(np.ptp(torque)), 8.0 * noise_of(torque))
+    parts = []
+    for first, last in runs:
+        at = first + 1 + np.flatnonzero(np.abs(np.diff(torque[first:last])) > jump)
+        parts += list(pairwise([first, *at.tolist(), last]))
+    held = sum(last - first for first, last in parts if np.ptp(torque[first:last]) <= 2.0 * jump)
+    return parts if 2 * held > len(torque) else []
 
 
 def _in_time(
@@ -155,13 +188,6 @@ def _rests(speed: FloatArray, period_s: float) -> BoolArray:
     noise = 3.0 * noise_of(speed) * (2.0 / half) ** 0.5
     rests = np.abs(step) <= max(_MOST_PER_S * half * period_s, noise)
     return np.pad(rests, (half, len(speed) - half - len(rests)), mode="edge")
-
-
-def _stretches(rests: BoolArray, period_s: float) -> list[IntArray]:
-    """Return the rows of each stretch of rest; a short one is a turn between two moves."""
-    quiet = np.flatnonzero(rests)
-    parts = np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1)
-    return [part for part in parts if len(part) >= max(_LEAST_ROWS, 2.0 * _WINDOW_S / period_s)]
 
 
 def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:

@@ -80,9 +80,9 @@ def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
         )
     delimiter = delimiter_of(text.splitlines()[:_LOOKED_AT])
     rows = _split(text, delimiter, place, limits)
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[Problem, ...] = _join_names(rows, place) if delimiter == "," else ()
     if delimiter is not None:
-        problems = _check_width(rows, place, by_comma=delimiter == ",")
+        problems += _check_width(rows, place, by_comma=delimiter == ",")
     return Sheet(place.file, None, tuple(rows), 1, problems)
 
 
@@ -162,6 +162,41 @@ def _split_at_blanks(line: str) -> list[str]:
     # Names may hold single blanks ("Control code"), so names are parted by two.
     names = re.split(r"\s{2,}", line.strip())
     return names if len(names) > 1 else numbers
+
+
+def _join_names(rows: list[Row], place: Place) -> tuple[Problem, ...]:
+    """Put names together that were cut at a comma within them ("PWM, us"): they outnumber columns.
+
+    A cell of a unit alone is the end of the name before it. Where that does not explain them all a
+    name may stand over another column than its own, which is told.
+    """
+    widths = [(at, len(cells)) for at, cells in enumerate(rows) if _is_of_numbers(cells)]
+    wide = max((width for _, width in widths), default=0)
+    at = widths[0][0] - 1 if widths else -1
+    while at > 0 and not any(cell and read_unit_cell(str(cell)) is None for cell in rows[at]):
+        at -= 1  # a row of units
+    if at < 0 or len(rows[at]) <= wide or not all(map(is_text, rows[at])):
+        return ()
+    names = [str(cell) for cell in rows[at]]
+    tails = [cell for cell in names[1:] if read_unit_cell(cell) is not None]
+    here = Place(place.file, None, at + 1)
+    if len(tails) == len(names) - wide:
+        joined = names[:1]
+        for name in names[1:]:
+            joined = [*joined[:-1], f"{joined[-1]}, {name}"] if name in tails else [*joined, name]
+        rows[at] = tuple(joined)
+        return (here.note(f"names were cut at their commas, and put together: {tails}."),)
+    return (
+        here.warning(
+            f"{len(names)} names stand over {wide} columns: one may have been cut at a comma.",
+            "a name over each column.",
+            "Put names that hold a comma into quotation marks.",
+        ),
+    )
+
+
+def _is_of_numbers(cells: Row) -> bool:
+    return len(cells) > 1 and 2 * sum(map(is_number, cells)) >= len(cells)
 
 
 def _check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:

@@ -22,7 +22,7 @@ _LEAST_PRESSURE_PA, _DOUBTFUL_PRESSURE_PA = 600.0, 40e3
 #: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
 LEAST_K_T, MOST_K_T = 0.02, 1.2
 _USUAL_K_T = (0.1, 0.8)
-_DOUBTFUL_K_T = (0.08, 0.9)
+_DOUBTFUL_K_T = (0.1, 0.9)
 #: Ideal power over the power drawn: above 1 for an open propeller, 1.4 in a duct.
 MOST_MERIT = 1.6
 #: Less is left of it by no motor and propeller at their larger thrusts.

@@ -23,6 +23,8 @@ _STEP = 0.65
 _ODD, _LEAST_OF_BOTH = 3.0, 0.35
 #: Readings at one code that lie further apart than this share are of two characteristics.
 _APART = 0.12
+#: By so much at every code readings of one characteristic do not differ.
+_DIFFERS = 0.03
 _LEAST_CODES = 4
 #: No dead zone is larger than this share of the largest code tested.
 _LATE = 0.5
@@ -152,16 +154,18 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
         groups[point.code, voltage].append(point)
     largest = max(sign * point.thrust_n for point in points)
     shares: list[float] = []
+    later: list[float] = []
     low: list[int] = []
     high: list[int] = []
     for own in groups.values():
         thrust = [sign * point.thrust_n for point in own]
         if len(own) > 1 and max(thrust) > 0.2 * largest:
             shares.append((max(thrust) - min(thrust)) / max(thrust))
+            later += [(thrust[-1] - thrust[0]) / max(thrust)] * (own[0].sweep <= own[-1].sweep)
             for point, one in zip(own, thrust, strict=True):
                 (high if 2.0 * one > max(thrust) + min(thrust) else low).append(point.source.row)
     if len(shares) < _LEAST_CODES or float(np.median(shares)) < _APART:
-        return None
+        return _other_the_second_time(table, later)
     widest = max(groups.values(), key=lambda own: np.ptp([point.thrust_n for point in own]))
     values = sorted(sign * point.thrust_n for point in widest)
     by = "something parts the rows, such as a direction or a voltage that no column states"
@@ -182,6 +186,23 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
         "table was left out.",
         "one characteristic in a table.",
         remedy,
+    )
+
+
+def _other_the_second_time(table: Table, later: Sequence[float]) -> Problem | None:
+    """Doubt a second sweep whose thrust differs from that of the first one at every code.
+
+    `later` is by how much, a share. What a falling sweep comes back to is hysteresis, and not in it.
+    """
+    middle = float(np.median(later)) if len(later) >= _LEAST_CODES else 0.0
+    if abs(middle) < _DIFFERS or min(np.sign(middle) * np.array(later)) <= 0.0:
+        return None
+    return table.place.warning(
+        f"the second time thrust is {100.0 * abs(middle):.0f} % "
+        f"{'more' if middle > 0.0 else 'less'} at each code: that may be a direction or a "
+        "voltage that no column states; all of it was fitted together.",
+        "one characteristic in a table.",
+        "Write reverse with negative codes, or each test on a sheet of its own.",
     )
 
 

@@ -84,6 +84,10 @@ def test_what_a_sheet_shows_is_no_unit_of_speed(sheet: str, tmp_path: Path) -> N
         ("Thrust of the pair", "Run"),
         ("Bras de levier 0,6 m", "Run"),
         ("2 thrusters on the frame", "Run"),
+        ("Balance beam 2:1", "Run"),
+        ("L1 = 0.5 m, L2 = 1.0 m", "Run"),
+        ("Rig factor 2", "Run"),
+        ("Force x2", "Run"),
         ("", "L1 (m)"),
         ("", "Lever arm (m)"),
         ("", "Плечо, м"),
@@ -415,3 +419,43 @@ def test_an_angular_speed_is_in_radians(head: str, told: str, tmp_path: Path) ->
         speeds = [one.shaft_speed_rpm for one in record.points]
         np.testing.assert_allclose(speeds, SPEED, rtol=1e-9)
     assert bool(told) != bool(record.points)
+
+
+@pytest.mark.parametrize("title", ["Pitch ratio 1.2, power factor 0.9", "Test at 9:30", "Gear 3:1"])
+def test_other_ratios_are_no_levers(title: str, tmp_path: Path) -> None:
+    record = read(tmp_path, "mooring", [[title], *rows_of("Code;Thrust (N)", CODE, THRUST)])
+    assert len(record.points) == CODE.size
+
+
+@pytest.mark.parametrize(("ahead", "astern"), [(1.0, 0.0), (1.0, 2.0), (0.0, 180.0)])
+def test_two_numbers_of_a_direction_are_asked_for(
+    ahead: float, astern: float, tmp_path: Path
+) -> None:
+    sides = np.where(CODE < 0.0, astern, ahead)
+    rows = rows_of("Code;Dir;Thrust (N)", np.abs(CODE), sides, np.abs(THRUST))
+    record = read(tmp_path, "mooring", rows)
+    assert not record.points
+    assert "which of them is reverse is not known" in said(record, "error")
+    signed = read(tmp_path, "mooring", rows_of("Code;Dir;Thrust (N)", CODE, sides, THRUST))
+    assert len(signed.points) == CODE.size
+    assert not said(signed, "error")
+
+
+@pytest.mark.parametrize(("falling", "told"), [(False, True), (True, False)])
+def test_thrust_that_is_less_the_second_time(falling: bool, told: bool, tmp_path: Path) -> None:
+    """Less thrust on the way back is hysteresis; in a second rising sweep something is another."""
+    again = slice(None, None, -1) if falling else slice(None)
+    code, thrust = CODE[11:], THRUST[11:]
+    rows = rows_of(
+        "Code;Thrust (N)",
+        [0.0, *code, *code[again]],
+        [0.0, *thrust, *0.93 * thrust[again]],
+    )
+    record = read(tmp_path, "mooring", rows)
+    assert ("the second time thrust is 7 % less" in said(record, "warning")) == told
+
+
+@pytest.mark.parametrize("name", ["Elektrische Drehzahl (1/min)", "Vitesse électrique (tr/min)"])
+def test_an_electrical_speed_in_other_languages(name: str, tmp_path: Path) -> None:
+    rows = rows_of(f"Code;{name};Torque (N m)", CODES, 7.0 * SPEED, TORQUE)
+    assert not read(tmp_path, "load_test", rows).points

@@ -66,3 +66,12 @@ def test_cells_of_several_lines_are_read() -> None:
     sheet = table('code,"Thrust\n[N]",remark\n30,4.4,"one\ntwo; 3"\n60,14.4,ok\n')
     assert sheet.rows[0][1] == "Thrust\n[N]"
     assert len(sheet.rows) == 3
+
+
+def test_names_that_were_cut_at_their_commas() -> None:
+    text = "Code,Thrust, kgf,Speed, rpm\n1,2,3\n4,5,6\n"
+    sheet = read_text_table(text.encode(), Place("a.csv"), Limits())
+    assert sheet.rows[0] == ("Code", "Thrust, kgf", "Speed, rpm")
+    text = "Code,Speed, of the shaft (rpm),Torque (N m)\n1,2,3\n"
+    (problem,) = read_text_table(text.encode(), Place("a.csv"), Limits()).problems
+    assert "4 names stand over 3 columns" in problem.what
