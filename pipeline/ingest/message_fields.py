@@ -1,7 +1,6 @@
 """What a message says beside its numbers: its time, its frame, whether the readings are valid."""
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +13,9 @@ from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import Path
 from pipeline.ingest.pool_run_codec import value_at
 from pipeline.ingest.quantities import largest
+from pipeline.ingest.thruster_names import words_of
 from pipeline.types import BoolArray, FloatArray, IntArray
 
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 _DOWNWARDS = frozenset({"frd", "ned"})
 #: Frames of REP 105 that do not move with the vehicle, and what else they are called.
 _EARTH = frozenset({"map", "odom", "earth", "world"})
@@ -30,7 +29,7 @@ _SECOND_NS = 1_000_000_000
 _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
-_ANY_FLAGS, _MOST_FLAGS = ("is_valid", "valid"), 8
+_MOST_FLAGS, _MOST_BEAMS = 12, 8
 #: Validity by letters, as NMEA 0183 and DVLs after it write it.
 LETTERS = {"A": 1.0, "V": 0.0}
 #: So many times as much is another quality, or roughness; fewer readings say nothing of it; of more
@@ -42,22 +41,13 @@ _MOST_STEPS = 0.95
 _WORDS_ABOVE = 1e16
 
 
-def words_of(frame: str) -> frozenset[str]:
-    """Cut the name of a frame into words in lower case.
-
-    >>> sorted(words_of("rov1/base_link_frd")), sorted(words_of("mapNED"))
-    (['base', 'frd', 'link', 'rov'], ['map', 'ned'])
-    """
-    return frozenset(word.lower() for word in _WORD.findall(frame))
-
-
 def points_down(frames: str) -> bool:
     """Tell whether names of frames say that z points down: one of their words is frd or ned.
 
     >>> points_down("map_ned"), points_down("odom_combined")
     (True, False)
     """
-    return bool(words_of(frames) & _DOWNWARDS)
+    return not _DOWNWARDS.isdisjoint(words_of(frames))
 
 
 def is_earth(frame: str) -> bool:
@@ -66,7 +56,7 @@ def is_earth(frame: str) -> bool:
     >>> is_earth("map"), is_earth("odom_combined"), is_earth("base_link_ned"), is_earth("")
     (True, True, False, False)
     """
-    words = words_of(frame)
+    words = {one for one in words_of(frame) if one.isalpha()}
     return bool(words & _EARTH) or (bool(words) and words <= _EARTH_AXES)
 
 
@@ -183,10 +173,12 @@ class Flag:
 
     def invalid(self, numbers: FloatArray, readings: FloatArray) -> BoolArray:
         """Tell which readings (k, m) are not valid; a flag that is missing says nothing."""
-        if self.weighed:
-            return _unlike(numbers, readings, by_name=self.by_name)
         with np.errstate(invalid="ignore"):
-            return np.asarray((numbers < self.least) | (numbers > self.most))
+            beyond = np.asarray((numbers < self.least) | (numbers > self.most))
+        if not self.weighed:
+            return beyond
+        known = np.where(beyond, np.nan, numbers)
+        return np.asarray(beyond | _unlike(known, readings, by_name=self.by_name))
 
 
 def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> BoolArray:
@@ -203,9 +195,9 @@ def _unlike(numbers: FloatArray, readings: FloatArray, *, by_name: bool) -> Bool
     if states.size < 2:
         return left_out
     step, rough = np.full((2, numbers.size), np.nan)
-    step[1:] = np.linalg.norm(np.diff(readings, axis=0), axis=1)
-    rough[1:-1] = np.linalg.norm(np.diff(readings, 2, axis=0), axis=1)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):  # damaged bytes are any number
+        step[1:] = np.linalg.norm(np.diff(readings, axis=0), axis=1)
+        rough[1:-1] = np.linalg.norm(np.diff(readings, 2, axis=0), axis=1)
         if states.size <= _MOST_STATES:
             usual = numbers == states[counts.argmax()]
             unusual = [numbers == one for one in states if one != states[counts.argmax()]]
@@ -253,36 +245,22 @@ def validity_of(
 ) -> tuple[Flag, ...]:
     """Return what in a message says whether its readings are valid.
 
-    A flag stands beside the components (`numbers`) or above them: truth values of many names; the
-    mode and the beams of marine_acoustic_msgs/Dvl, whose velocity may be that through the water; a
-    covariance that begins with -1, which in sensor_msgs is "no estimate".
+    It stands beside the components (`numbers`) or above them: truth values whose name says that
+    the reading is good or bad, and nothing of another quantity; the mode and the beams of
+    marine_acoustic_msgs/Dvl, whose velocity may be that through the water; a covariance that
+    begins with -1, which in sensor_msgs is "no estimate". Other states are weighed.
     """
     if not numbers:
         return ()
     kind = quantity.removesuffix("_earth")
-    flags = (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS)
-    weighed = data_of("topics")["weighed"]
-    weighed = weighed["names"] if kind in weighed["quantities"] else ()
     found: list[Flag] = []
-    states: list[Flag] = []
+    weighed: list[Flag] = []
     above = _shared(numbers)
     for length in range(len(above), -1, -1):
         here = above[:length]
-        beside = value_at(probe, here)
-        for name, flag in beside.items() if isinstance(beside, dict) else ():
-            # "isValid" is "is_valid"; a bool of a binary message is a number
-            plain = "_".join(word.lower() for word in _WORD.findall(name))
-            # tables in time have whole numbers as floats; "h" may be a height there, and "valid"
-            # of another sensor
-            is_own = plain.endswith(("_valid", "_lock")) and plain not in _ANY_FLAGS
-            counts = is_own or not isinstance(flag, float)
-            if plain in flags and counts and flag in (0, 1, *LETTERS):
-                found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
-            elif weighed and isinstance(flag, int | float | str):
-                says, by_name = f"are as {name} usually has them", plain in weighed
-                if by_name or isinstance(flag, str) or (type(flag) is not float and flag in (0, 1)):
-                    one = Flag((*here, name), 0.0, 0.0, says, weighed=True, by_name=by_name)
-                    (found if by_name else states).append(one)
+        beside = (one for one in _beside(value_at(probe, here), here) if one[0] not in numbers)
+        for flag in filter(None, (_flag(path, value, kind) for path, value in beside)):
+            (weighed if flag.weighed else found).append(flag)
         if kind == "velocity":
             mode, beams = ((*here, one) for one in ("velocity_mode", "num_good_beams"))
             of_dvl = (
@@ -292,7 +270,48 @@ def validity_of(
             found += [one for one in of_dvl if isinstance(value_at(probe, one.path), int)]
         if found:
             break
-    return (*found, *states[:_MOST_FLAGS], *_covariance(probe, above))
+    hard = {one.path for one in found}
+    weighed.sort(key=lambda one: not one.by_name)
+    weighed = [one for one in dict.fromkeys(weighed) if one.path not in hard]
+    return (*found, *weighed[:_MOST_FLAGS], *_covariance(probe, above))
+
+
+def _flag(path: Path, value: float | str, kind: str) -> Flag | None:
+    """Return what the name of a number says of the readings of a kind; None for nothing."""
+    words = data_of("topics")["validity"]
+    first = kind.split("_", maxsplit=1)[0]
+    own = {first, *words["of"].get(first, ())}
+    name = next(step for step in reversed(path) if isinstance(step, str))
+    said = {*words_of(name)}
+    good = said & {*words["good"], *words["good_of"].get(kind, ())}
+    bad = said & {*words["bad"]}
+    is_state = value in (0, 1, *LETTERS)
+    rest = said - good - bad - {*words["fill"]}
+    # tables in time have whole numbers as floats; "h" may be a height there, and "valid" of another
+    # sensor
+    is_own = rest <= own and (bool(rest) or not isinstance(value, float))
+    if name == path[-1] and is_state and (good or bad) and is_own:
+        well = float(bool(good))
+        return Flag(path, well, well, f"{name} calls valid")
+    by_name = bool(good or bad or said & {*words["quality"]})
+    is_mode = isinstance(value, int) and (is_state or bool(said & {*words["mode"]}))
+    if kind not in words["weighed"] or not (by_name or is_mode or isinstance(value, str)):
+        return None
+    says = f"are as {name} usually has them"
+    return Flag(path, -np.inf, np.inf, says, weighed=True, by_name=by_name)
+
+
+def _beside(tree: Any, here: Path) -> Iterator[tuple[Path, Any]]:  # noqa: ANN401  of any type
+    """Yield what stands in a part of a message, and in short lists, such as those of beams."""
+    for name, value in tree.items() if isinstance(tree, dict) else ():
+        some = value if isinstance(value, list) and len(value) <= _MOST_BEAMS else ()
+        for at, one in enumerate(some):
+            if isinstance(one, dict):
+                yield from _beside(one, (*here, name, at))
+            elif isinstance(one, int) and one in (0, 1):
+                yield (*here, name, at), one
+        if isinstance(value, bool | int | float | str):
+            yield (*here, name), value
 
 
 def _shared(numbers: Sequence[Path]) -> Path:
@@ -305,8 +324,12 @@ def _shared(numbers: Sequence[Path]) -> Path:
 
 def _covariance(probe: Mapping[str, Any], above: Path) -> list[Flag]:
     """Return the covariance of a vector: ``orientation_covariance``, ``twist.covariance``."""
-    for name in (f"{above[-1]}_covariance", "covariance") if above else ():
-        path = (*above[:-1], name, 0)
-        if isinstance(value_at(probe, path), int | float):
-            return [Flag(path, -0.5, np.inf, f"{name} does not call unknown")]
+    texts = tuple(step for step in above if isinstance(step, str))
+    names = ("covariance", *(f"{one}_covariance" for one in texts[-1:]))
+    for length in range(len(texts), -1, -1):
+        for name in names:
+            path: Path = (*texts[:length], name, 0)
+            if isinstance(value_at(probe, path), int | float):
+                says = f"{name} does not call unknown or unusual"
+                return [Flag(path, -0.5, np.inf, says, weighed=True)]
     return []

@@ -97,7 +97,7 @@ def test_letters_of_validity_are_read(tmp_path: Path, first: int) -> None:
     ("name", "well", "ill"),
     [
         ("state", "TRACKING", "LOST"),
-        ("has_bottom_lock", True, False),
+        ("has_echo", True, False),
         ("no_fix", False, True),
         ("rejected", 0, 1),
         ("sigma", 0.01, 1.2),
@@ -122,6 +122,43 @@ def test_a_state_of_any_name_counts_where_readings_are_noise(
         with way():
             channel = read_pool_run(path, rov(), tmp_path).channels["velocity"]
         assert channel.marks.get("not_a_number", np.zeros(1)).sum() == is_noise * lost.sum()
+
+
+@pytest.mark.parametrize(
+    ("name", "ill"),
+    [("is_velocity_valid", False), ("bt_valid", 0), ("hasBottomLock", False), ("bottom_lost", True),
+     ("altitude_valid", None), ("heading_ok", None)],
+)  # fmt: skip
+def test_what_a_name_says_of_this_reading_is_believed_of_no_other(
+    name: str, ill: bool | int | None, tmp_path: Path
+) -> None:
+    lost = np.arange(COUNT) % 100 >= 70
+    contents = [
+        {"velocity": vector(row), name: bool(odd) == bool(ill)}
+        for row, odd in zip(velocities(), lost, strict=True)
+    ]
+    path = write_log(tmp_path / "run.mcap", [json_topic("/dvl", ticks(COUNT, 10.0), contents)])
+    marks = read_pool_run(path, rov(), tmp_path).channels["velocity"].marks
+    assert marks.get("not_a_number", np.zeros(1)).sum() == (0 if ill is None else lost.sum())
+
+
+@pytest.mark.parametrize("kind", ["beams", "list", "covariance"])
+def test_beams_and_covariances_tell_of_readings_that_are_unlike_the_others(
+    kind: str, tmp_path: Path
+) -> None:
+    lost, values = (np.arange(COUNT) > 600) & (np.arange(COUNT) < 700), velocities()
+    values[lost] += [0.4, 0.1, 0.0]
+    contents: list[dict[str, Any]] = [{"velocity": vector(row)} for row in values]
+    for row, odd in zip(contents, lost.tolist(), strict=True):
+        more: dict[str, dict[str, Any]] = {
+            "beams": {"transducers": [{"id": k, "valid": not odd} for k in range(4)]},
+            "list": {"beam_valid": [int(not odd)] * 4},
+            "covariance": {"covariance": [9e4 if odd else 1e-4] + [0.0] * 8},
+        }
+        row.update(more[kind])
+    path = write_log(tmp_path / "run.mcap", [json_topic("/dvl", ticks(COUNT, 10.0), contents)])
+    marks = read_pool_run(path, rov(), tmp_path).channels["velocity"].marks
+    assert (marks["not_a_number"] == lost).all()
 
 
 def test_a_vehicle_that_rests_unarmed_is_read(tmp_path: Path) -> None:
