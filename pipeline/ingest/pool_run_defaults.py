@@ -5,6 +5,7 @@ that fit, the rule of the highest rank decides, then the number of messages; one
 """
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -41,6 +42,8 @@ class Rule:
     topic: str = ""
     but_not: str = ""
     message_type: str = ""
+    thrusters: tuple[str, ...] | None = None
+    """The thrusters that its fields are named after."""
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -100,7 +103,7 @@ def choose_by_default(
         if topic.probe is not None
         and topic.name not in vehicle.pool.ignore_topics
         and not re.search(NOT_MEASURED, topic.name, re.IGNORECASE)
-        for rule in RULES
+        for rule in (*RULES, *_named_after_thrusters(topic, thrusters))
         if rule.quantity not in taken and _fits(rule, topic)
     ]
     not_ours, warning = _other_vehicles(fits, vehicle.name)
@@ -110,7 +113,7 @@ def choose_by_default(
         # the largest wins; a command may be given once
         is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
         is_wanted = not is_through_water(rule.quantity, topic.name)
-        is_ours = _first(topic.name) not in not_ours
+        is_ours = not_ours.isdisjoint(_parts(topic.name))
         order = (is_ours, is_running, is_wanted, rule.rank, topic.messages)
         found.append((order, topic, rule))
     for quantity, found in candidates.items():
@@ -122,28 +125,49 @@ def choose_by_default(
     return groups, each, warning
 
 
-def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tuple[set[str], str]:
-    """Find the namespaces of other vehicles in one log, and warn of several.
+def _named_after_thrusters(topic: TopicFound, thrusters: Sequence[str]) -> list[Rule]:
+    """Return a rule for a message of commands whose fields are named after thrusters."""
+    of = thrusters_named(list(topic.probe or ()), thrusters)
+    if len(of) < 2:
+        return []
+    where = {"topic": _pattern("@command"), "but_not": _pattern("@not_command")}
+    names = tuple(of.values())
+    return [Rule(88, "thruster_command", ", ".join(of), "its names", thrusters=names, **where)]
 
-    Two topics that differ in their first part alone and carry a quantity, ``/rov/imu/data`` and
-    ``/asv/imu/data``, are of two vehicles. Ours is the one with commands, else the one that is
-    called as the vehicle file is.
+
+def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tuple[set[str], str]:
+    """Find what the topics of other vehicles in one log are called after, and warn of several.
+
+    Two topics that differ in one part alone and carry a quantity, ``/rov/imu/data`` and
+    ``/asv/imu/data``, are of two vehicles; where it is not the first part, two such pairs are. Ours
+    is the one with commands, else the one that is called as the vehicle file is.
     """
-    by_rest: dict[str, set[str]] = {}
-    for topic, _ in fits:
-        parts = topic.name.strip("/").split("/", 1)
-        if len(parts) == 2:
-            by_rest.setdefault(parts[1], set()).add(parts[0])
-    twins = {first for firsts in by_rest.values() if len(firsts) > 1 for first in firsts}
+    by_rest: dict[tuple[str, ...], set[str]] = {}
+    for topic, rule in fits:
+        parts = _parts(topic.name)
+        for at in range(len(parts) if rule.quantity not in PER_THRUSTER else min(len(parts), 1)):
+            by_rest.setdefault((*parts[:at], "", *parts[at + 1 :]), set()).add(parts[at])
+    vehicles = {
+        rest: {one for one in names if not re.search(_SENSORS, one, re.IGNORECASE)}
+        for rest, names in by_rest.items()
+        if len(rest) > 1
+    }
+    pairs = {rest: names for rest, names in vehicles.items() if len(names) > 1}
+    contexts = Counter(name for names in pairs.values() for name in names)
+    firsts = {name for rest, names in pairs.items() if not rest[0] for name in names}
+    twins = {name for name, count in contexts.items() if name in firsts or count > 1}
     commanded = {
-        _first(topic.name) for topic, rule in fits if rule.quantity == "thruster_command"
-    } & twins
-    named = {first for first in twins if first.lower() == vehicle.lower()}
+        part
+        for topic, rule in fits
+        if rule.quantity == "thruster_command"
+        for part in twins.intersection(_parts(topic.name))
+    }
+    named = {one for one in twins if one.lower() == vehicle.lower()}
     homes = commanded if len(commanded) == 1 else named
-    if not twins or _are_of_sensors(twins, by_rest):
-        return set(), ""
+    if not twins or _are_of_sensors(twins, pairs):
+        return set(), _mixed(fits)
     home = next(iter(homes)) if len(homes) == 1 else ""
-    listed = " and ".join(f"/{first}" for first in sorted(twins))
+    listed = " and ".join(f"/{one}" for one in sorted(twins))
     if home:
         why = "has the commands" if commanded == homes else "is called as the vehicle is"
         said = f"the log has topics of {listed}: those of /{home} are taken, which {why}."
@@ -154,19 +178,31 @@ def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tu
     )
 
 
-def _are_of_sensors(firsts: set[str], by_rest: Mapping[str, set[str]]) -> bool:
+def _are_of_sensors(names: set[str], pairs: Mapping[tuple[str, ...], set[str]]) -> bool:
     """Tell several sensors of one vehicle, ``/imu_1/data`` and ``/imu_2/data``, from vehicles."""
-    bare = {re.sub(r"[\d_]+$", "", first.lower()) for first in firsts}
-    if all(re.search(_SENSORS, one) for one in bare):
-        return True
-    rests = [rest for rest, there in by_rest.items() if len(there) > 1]
-    return len(bare) == 1 and len(firsts) > 1 and len(rests) == 1
+    bare = {re.sub(r"[\d_]+$", "", one.lower()) for one in names}
+    return len(bare) == 1 and len(names) > 1 and len(pairs) == 1
 
 
-def _first(topic: str) -> str:
-    """Return the first part of a topic of several."""
-    parts = topic.strip("/").split("/")
-    return parts[0] if len(parts) > 1 else ""
+def _mixed(fits: Sequence[tuple[TopicFound, Rule]]) -> str:
+    """Warn of topics of two namespaces, each with some quantities, one with the commands."""
+    quantities: dict[str, set[str]] = {}
+    for topic, rule in fits:
+        if len(parts := _parts(topic.name)) > 1 and not re.search(_SENSORS, parts[0]):
+            quantities.setdefault(parts[0], set()).add(rule.quantity)
+    homes = [one for one, every in quantities.items() if "thruster_command" in every]
+    several = [one for one, every in quantities.items() if len(every.difference(PER_THRUSTER)) > 1]
+    if len(homes) != 1 or homes[0] not in several or len(several) < 2:
+        return ""
+    return (
+        f"the log has topics of {' and '.join(f'/{one}' for one in sorted(several))}, and the "
+        f"commands are of /{homes[0]}: if the others are another vehicle's, topics of both may be "
+        "mixed. State those of the others under pool: ignore_topics."
+    )
+
+
+def _parts(topic: str) -> tuple[str, ...]:
+    return tuple(topic.strip("/").split("/"))
 
 
 def _fits(rule: Rule, topic: TopicFound) -> bool:
@@ -199,7 +235,9 @@ def _plans(
     for _, topic, rule in found:
         if topic.name in plans or len(plans) == _MOST_CANDIDATES:
             continue
-        channel = PoolChannel(quantity=rule.quantity, topic=topic.name, field=rule.fields)
+        channel = PoolChannel(
+            quantity=rule.quantity, topic=topic.name, field=rule.fields, thrusters=rule.thrusters
+        )
         try:
             plans[topic.name] = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
         except NotThereError as error:

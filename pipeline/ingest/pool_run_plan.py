@@ -44,17 +44,24 @@ class NotThereError(ValueError):
     """A topic does not have what a channel asks for; the text says what it has."""
 
 
-def elements_of(  # noqa: PLR0917  one caller
+#: Where messages name the elements of an array, and what in the elements themselves does.
+_NAMES = ("name", "names", "joint_names", "thrusters", "thruster_names", "labels", "motors")
+_LABELS = frozenset({*_NAMES, "label", "id", "index", "number", "channel", "thruster", "motor"})
+
+
+#: Where the names of elements stand, or their thrusters; and the numbers to take.
+_Elements = tuple[Path | None, tuple[str, ...], list[Path]]
+
+
+def _elements(  # noqa: PLR0917  one caller
     stated: PoolChannel,
-    texts: Any,  # noqa: ANN401  whatever the message has under `name`
+    probe: Mapping[str, Any],
     numbers: list[Path],
     thrusters: Sequence[str],
     notes: list[str],
     doubts: list[str],
-) -> tuple[Path | None, tuple[str, ...], list[Path]]:
-    """Return where the names of elements stand, or their thrusters; and the numbers to take."""
-    if stated.quantity not in PER_THRUSTER:
-        return None, (), numbers
+) -> _Elements:
+    """Say which elements of an array are of which thrusters."""
     if stated.thrusters is not None:
         if len(stated.thrusters) != len(numbers):
             raise NotThereError(
@@ -62,10 +69,16 @@ def elements_of(  # noqa: PLR0917  one caller
                 f"{len(numbers)} numbers"
             )
         return None, stated.thrusters, numbers
-    if stated.index is None and isinstance(texts, list) and texts and len(texts) == len(numbers):
-        by_name = _by_name(texts, numbers, thrusters, notes, doubts)
-        if by_name is not None:
-            return by_name
+    if stated.index is None:
+        is_array = len(stated.field or ("",)) == 1
+        named = _named_elements(probe, numbers, thrusters, notes, is_array=is_array)
+        if isinstance(named, tuple):
+            return named
+        if named:
+            doubts.append(
+                f"its elements are named {', '.join(named[:12])}, not as the thrusters of the "
+                "vehicle; they are taken in the order of the vehicle file"
+            )
     if not thrusters:
         return None, tuple(f"{number + 1}" for number in range(len(numbers))), numbers
     if len(numbers) < len(thrusters):
@@ -80,30 +93,58 @@ def elements_of(  # noqa: PLR0917  one caller
     return None, tuple(thrusters), numbers
 
 
-def _by_name(
-    texts: Sequence[Any],
+def _named_elements(
+    probe: Mapping[str, Any],
     numbers: list[Path],
     thrusters: Sequence[str],
     notes: list[str],
-    doubts: list[str],
-) -> tuple[Path | None, tuple[str, ...], list[Path]] | None:
-    """Say what names in a message tell of its elements, as `elements_of`; None for nothing."""
-    if not thrusters or thrusters_named(texts, thrusters):
+    *,
+    is_array: bool,
+) -> _Elements | list[str]:
+    """Return what the names of elements tell of them; the names alone where they tell nothing."""
+    lists = {(one,): value_at(probe, (one,)) for one in _NAMES}
+    where = next((one for one, found in lists.items() if _are_texts(found, len(numbers))), None)
+    texts = lists[where] if where else []
+    if texts and (not thrusters or thrusters_named(texts, thrusters)):
         # another message may name more of them
         most = len(numbers) + len(thrusters)
         more = [(*numbers[0][:-1], number) for number in range(len(numbers), most)]
-        return ("name",), (), [*numbers, *more]
-    names = list(map(str, texts))
-    order = next((one for one in in_number_order(names) if len(one) == len(names)), None)
-    if order is not None and len(names) == len(thrusters):
-        named = ", ".join(names[index] for index in order)
-        notes.append(f"elements by the numbers in their names: {named}")
+        return where, (), [*numbers, *more]
+    if not texts and is_array:
+        numbers, texts = _labelled(probe, numbers)
+    if where is None and (named := thrusters_named(texts, thrusters)):
+        at = {named[text]: path for text, path in zip(texts, numbers, strict=True) if text in named}
+        notes.append(f"elements by the thrusters in their names: {', '.join(named)}")
+        return None, tuple(at), list(at.values())
+    order = next((one for one in in_number_order(texts) if len(one) == len(texts)), None)
+    if texts and order is not None and len(texts) == len(thrusters):
+        listed = ", ".join(texts[index] for index in order)
+        notes.append(f"elements by the numbers in their names: {listed}")
         return None, tuple(thrusters), [numbers[index] for index in order]
-    doubts.append(
-        f"its elements are named {', '.join(names[:12])}, not as the thrusters of the "
-        "vehicle; they are taken in the order of the vehicle file"
-    )
-    return None
+    return list(texts)
+
+
+def _are_texts(found: object, count: int) -> bool:
+    is_list = isinstance(found, list) and len(found) == count
+    return is_list and all(isinstance(one, str) for one in cast("list[object]", found))
+
+
+def _labelled(probe: Mapping[str, Any], numbers: list[Path]) -> tuple[list[Path], list[str]]:
+    """Return numbers with the names of the fields that they stand in, or of a label beside each."""
+    steps = [path[-1] for path in numbers]
+    of_elements = [path for path in numbers if len(path) > 1 and isinstance(path[-2], int)]
+    if of_elements == numbers and all(isinstance(one, str) for one in steps):
+        kept = [path for path in numbers if path[-1] not in _LABELS]
+        labels = [
+            next((f"{beside[one]}" for one in sorted(_LABELS & beside.keys())), "")
+            for path in kept
+            if isinstance(beside := value_at(probe, path[:-1]), dict)
+        ]
+        if len({path[-1] for path in kept}) == 1 and len(set(labels)) == len(kept):
+            return kept, labels
+    elif len(numbers) > 1 and all(isinstance(one, str) for one in steps):
+        return numbers, list(map(str, steps))
+    return numbers, []
 
 
 @dataclass(frozen=True)
@@ -203,9 +244,11 @@ def plan_channel(
         )
     if stated.index is not None:
         numbers = [numbers[number] for number in stated.index]
-    texts = value_at(probe, ("name",))
     doubts: list[str] = []
-    names, columns, numbers = elements_of(stated, texts, numbers, thrusters, notes, doubts)
+    names: Path | None = None
+    columns: tuple[str, ...] = ()
+    if stated.quantity in PER_THRUSTER:
+        names, columns, numbers = _elements(stated, probe, numbers, thrusters, notes, doubts)
     if mapped_by.startswith("default") and is_through_water(stated.quantity, topic.name):
         doubts.append(
             "by its name it is the velocity through the water, and is taken for the one over ground"

@@ -4,7 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pool_logs import Topic, imu_topic, json_topic, ros_topic, rov, stamp, ticks, vector, write_log
+from pool_logs import (
+    NAMES,
+    Topic,
+    imu_topic,
+    joints_topic,
+    json_topic,
+    ros_topic,
+    rov,
+    stamp,
+    ticks,
+    vector,
+    write_log,
+)
 
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
@@ -92,3 +104,72 @@ def test_an_attitude_of_zeros_or_that_is_said_to_be_none_is_none(
     assert ("attitude" in run.channels) == is_there
     if is_there:
         assert run.channels["attitude"].usable().sum() == 50 - zeros
+
+
+CODES = np.tile([10.0, 20.0, 30.0, 40.0], (50, 1)) + np.arange(50)[:, None] % 3
+
+
+def commands(how: str) -> Topic:
+    """Commands of the thrusters backwards, each by its name."""
+    rows = CODES[:, ::-1].tolist()
+    names = {"camel": "Thruster{}Joint", "number": "{}1", "simulator": "rov::{}_thruster"}
+    if how in names:
+        called = [names[how].format(one.title()) for one in NAMES[::-1]]
+        return joints_topic("/thrusters/command", TIMES, [called] * 50, CODES[:, ::-1])
+    pairs = [list(zip(NAMES[::-1], row, strict=True)) for row in rows]
+    contents = {
+        "fields": [dict(one) for one in pairs],
+        "below": [{"command": dict(one)} for one in pairs],
+        "elements": [{"command": [{"name": n, "value": v} for n, v in one]} for one in pairs],
+        "numbers": [{"command": [{"id": 4 - k, "value": v} for k, v in enumerate(row)]}
+                    for row in rows],
+        "beside": [{"names": NAMES[::-1], "values": row} for row in rows],
+    }  # fmt: skip
+    return json_topic("/thrusters/command", TIMES, contents[how])
+
+
+@pytest.mark.parametrize(
+    "how",
+    ["camel", "number", "simulator", "fields", "below", "elements", "numbers", "beside"],
+)
+def test_thrusters_are_known_by_their_names_wherever_these_stand(how: str, tmp_path: Path) -> None:
+    run = read(tmp_path, commands(how))
+    columns = {
+        column.removeprefix("command."): values
+        for channel in run.channels.values()
+        for column, values in zip(channel.columns, channel.values.T, strict=True)
+    }
+    for name, values in zip(NAMES, CODES.T, strict=True):
+        assert (columns[name] == values).all(), name
+
+
+@pytest.mark.parametrize("form", ["/{}/{}", "/fleet/{}/{}", "/{1}/{0}"])
+@pytest.mark.parametrize("ours", ["alpha", "beta"])
+def test_topics_of_the_vehicle_that_has_the_commands(form: str, ours: str, tmp_path: Path) -> None:
+    topics = [joints_topic(form.format(ours, "thrusters"), TIMES, [NAMES] * 50, CODES)]
+    for name in ("alpha", "beta"):
+        topics += [imu_topic(TIMES, RATES, name=form.format(name, "imu")),
+                   float_topic(form.format(name, "depth"))]  # fmt: skip
+    run = read(tmp_path, *topics)
+    assert all(ours in channel.topic for channel in run.channels.values())
+    assert any(f"those of /{ours} are taken" in one.what for one in run.problems)
+
+
+def test_two_namespaces_without_a_topic_in_common(tmp_path: Path) -> None:
+    topics = [
+        joints_topic("/rov/thrusters", TIMES, [NAMES] * 50, CODES),
+        imu_topic(TIMES, RATES, name="/rov/imu"),
+        float_topic("/ship/water_depth"),
+        json_topic("/ship/gps", TIMES, [{"point": vector((0.1 * k, 0, 0))} for k in range(50)]),
+    ]
+    run = read(tmp_path, *topics)
+    assert any("the commands are of /rov" in one.what for one in run.problems)
+
+
+@pytest.mark.parametrize("worth", [1_000, 1_000_000])
+def test_times_from_the_start_in_another_unit(worth: int, tmp_path: Path) -> None:
+    times = ((TIMES - TIMES[0]) // worth).tolist()
+    depths = [{"depth": 1.0 + 0.01 * k} for k in range(50)]
+    run = read(tmp_path, json_topic("/depth", times, depths))
+    assert abs(run.duration_s - 4.9) < 1e-3
+    assert any("seconds where MCAP has nanoseconds" in one.what for one in run.problems)
