@@ -21,7 +21,9 @@ LONGEST_RUN_NS = 7 * 86_400 * 1e9
 #: What one of another unit is worth. [ns]
 _UNITS = {1e3: "microseconds", 1e6: "milliseconds", 1e9: "seconds"}
 #: Messages of one topic in a second that no recorder writes.
-_MOST_HZ = 2e4
+_MOST_HZ = 4e3
+#: The step in which most recorders write. [s]
+_USUAL_STEP_S = 0.05
 _FEW = 10
 #: Where counters begin anew: ticks of the counter, or a time [ns].
 _TICKS = {2**16: "after 2^16", 2**32: "after 2^32"}
@@ -179,6 +181,9 @@ def _factor(data: Topics, middle_ns: float) -> float:
                 return factor
         elif too_fast and SET_NS < middle_ns * factor < LATEST_NS:
             return factor
+    if too_fast and not paces and np.ptp(busiest):  # counted from the start of the run
+        step_s = float(np.ptp(busiest)) / busiest.size / 1e9
+        return min(_UNITS, key=lambda factor: abs(np.log10(step_s * factor / _USUAL_STEP_S)))
     return 1.0
 
 

@@ -17,6 +17,7 @@ from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
 from pipeline.ingest.mcap_directory import check_start
+from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.types import IntArray
 
 _MAX_SUMMARY_BYTES = 64 * 1024 * 1024
@@ -35,6 +36,8 @@ class McapFile(MessageLog):
         self._end = 0
         self._at = 0
         self._unpacked = 0
+        self._is_counted = False
+        """Whether its messages were counted one by one, not by its summary."""
         with self._open() as stream:
             self.size = stream.seek(0, io.SEEK_END)
             stream.seek(0)
@@ -42,6 +45,14 @@ class McapFile(MessageLog):
             self._read_summary(stream)
         if not self.directory.indexed:
             self._scan()
+
+    def topics(self) -> list[TopicFound]:
+        """Find its topics with one message each; count them anew where the summary forgot some."""
+        found = super().topics()
+        if self.directory.counts and not self.directory.indexed and not self._is_counted:
+            self._scan()
+            found = super().topics()
+        return found
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels, perhaps with others, in the order of the file."""
@@ -78,7 +89,7 @@ class McapFile(MessageLog):
             self._end = start
 
     def _scan(self) -> None:
-        found = self.directory
+        found, self._is_counted = self.directory, True
         found.counts = {}
         counts: dict[int, int] = {}
         with self._open() as stream:
@@ -211,6 +222,12 @@ class McapFile(MessageLog):
         if block.fault:
             what = f"{block.fault}; what follows in it was left out."
             self.add_fault(f"{where} is damaged: {what}")
+        known = self.directory
+        for number in block.messages.keys() & known.channels.keys() if known.counts else ():
+            if not known.counts.get(number):
+                topic = known.channels[number].topic
+                self.add_fault(f"the log's summary counts no messages of {topic}; there are some.")
+                known.indexed = False
         return block
 
     def _message_index(self, stream: BinaryIO) -> dict[int, IntArray]:

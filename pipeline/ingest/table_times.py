@@ -108,7 +108,7 @@ def times_of(
     if not stated:
         stated = _unit_by_numbers(values.astype(float))
         if stated != "s" and not _since_1970(values):
-            step = float(np.median(np.diff(values.astype(float))))
+            step = float(np.median(np.diff(np.sort(values.astype(float)))))
             what = (
                 f'the times in column "{name}" have no unit: a step of {step:.3g} is taken for '
                 f"{stated}, as rows in seconds would be {step:.3g} s apart."
@@ -247,7 +247,7 @@ def _unit_by_numbers(values: npt.NDArray[Any]) -> str:
     >>> _unit_by_numbers(np.arange(9.0) * 20.0), _unit_by_numbers(np.arange(9.0))
     ('ms', 's')
     """
-    steps = np.diff(values)
+    steps = np.diff(np.sort(values))
     steps = steps[steps > 0.0]
     if (known := _since_1970(values)) or not steps.size:
         return known or "s"
