@@ -15,7 +15,7 @@ from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.log_source import TABLE
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_health import runs_of
+from pipeline.ingest.pool_run_health import is_noise_alone, runs_of
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_resample import on_one_base
 from pipeline.ingest.pool_run_sizes import depth_against_pressure, doubtful_depths
@@ -29,6 +29,7 @@ _MOST_STILL = 0.3
 _FEW_READINGS = 10
 #: What is not taken at all, as if its message did not have the field.
 _NOTHING = "has no valid reading"
+_NOISE, _OF_IMU = "is noise alone", ("attitude", "angular_velocity", "specific_force")
 #: The order in which sources are compared: each with what was decided before it.
 _ORDER = ("specific_force", "attitude", "angular_velocity", "depth", "position", "velocity")
 
@@ -87,7 +88,7 @@ def _alive(
     readable = [(one, why) for one, why in died if why != _NOTHING]
     alive = [one for one, why in readable if not why]
     if not alive:
-        return [one for one, _ in readable]
+        return [one for one, why in readable if why == _NOISE] or [one for one, _ in readable]
     first, why = readable[0]
     if why:
         (name, now), (_, before) = _first(alive[0]), _first(first)
@@ -106,6 +107,8 @@ def _death(channel: RunChannel) -> str:
     still = (np.diff(values, axis=0) == 0.0).all(axis=1)
     if still.all():
         return "never changes"
+    if channel.quantity in _OF_IMU and is_noise_alone(values, channel.period_s):
+        return _NOISE
     longest = max((end - begin for begin, end in runs_of(still)), default=0)
     share = longest / len(still)
     return f"stands still for {100 * share:.0f} % of the run" if share > _MOST_STILL else ""

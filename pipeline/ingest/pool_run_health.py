@@ -27,6 +27,9 @@ _SPIKE_NEIGHBOURS = 25
 _DROPOUT_STEPS = 8.0
 #: A number that stands for none recurs, and few other readings are as near to it; so many of them.
 _RECURS, _MOST_NEAR, _MOST_NUMBERS = 5, 0.005, 3
+#: Readings that follow no slower may be noise alone, over so many seconds; means of it over a
+#: second vary by this much more than they would.
+_LONGEST_OF_NOISE_S, _FEWEST_SECONDS, _NOISE_ALONE = 0.2, 20, 2.5
 _NORMAL = 1.4826
 #: What is larger comes of damaged bytes, in whatever unit.
 _LARGEST = 1e15
@@ -123,6 +126,20 @@ def value_marks(
         columns = continuous(values) if is_quaternion else values
         marks["spike"] = np.any([_spikes(column) for column in columns.T], axis=0)
     return _met(marks)
+
+
+def is_noise_alone(values: FloatArray, period_s: float) -> bool:
+    """Tell whether readings (k, m) never tell more than noise: none lasts for a second.
+
+    The means over a second of what is noise alone differ as little as their number lets them.
+    """
+    count = round(1.0 / period_s) if 0.0 < period_s < _LONGEST_OF_NOISE_S else 0
+    seconds = len(values) // max(count, 1)
+    if count < 5 or seconds < _FEWEST_SECONDS:
+        return False
+    parts = values[: seconds * count].reshape(seconds, count, -1)
+    means, within = parts.mean(axis=1), parts.var(axis=1, ddof=1).mean(axis=0) / count
+    return bool((within > 0.0).any() and (means.var(axis=0) < _NOISE_ALONE * within).all())
 
 
 def command_marks(

@@ -49,6 +49,8 @@ _AGREES = 0.1
 _ALIKE, _MOST_TOLD = 0.03, 3
 #: A current that a vehicle may drift in [m/s]; rows that tell it.
 _CURRENT_MPS, _ENOUGH_ROWS = 0.5, 2_000
+#: A sensor stands so far from another on a vehicle, at the least that shows and at the most. [m]
+_LEAST_ARM_M, _LONGEST_ARM_M = 0.3, 5.0
 _TURNS_DEG = range(-165, 181, 15)
 #: Where three beams of a DVL look, clockwise from the bow: opposite, round, three in all. [deg]
 _BEAMS_DEG = (
@@ -87,6 +89,11 @@ def readings_of(run: PoolRun, table: RunTable) -> list[Reading]:
             how = f"{{quantity: velocity, body_axes: {one}}}"
             found.append(Reading(xyz @ BODY[one].T, how))
     found.append(Reading(-body, "{sign: -1}"))
+    found += [
+        Reading((xyz * signs) @ BODY[axes].T, f"{{sign: {signs}}}")
+        for signs in ([-1, 1, 1], [1, -1, 1], [1, 1, -1])
+        if not is_turned
+    ]
     attitude, rate = (table.values.get(one) for one in ("attitude", "angular_velocity"))
     turn = attitude
     if turn is None and rate is not None:  # a heading from one that nobody knows
@@ -115,6 +122,10 @@ def meant_otherwise(
     rows &= np.linalg.norm(readings[0].velocity, axis=1) > _UNDER_WAY_MPS
     if rows.sum() < _FEWEST_ROWS:
         return ""
+    dvl = None if vehicle.sensors is None else vehicle.sensors.dvl
+    if dvl is not None and any(dvl.position_m) and "angular_velocity" in values:
+        place = np.cross(np.nan_to_num(values["angular_velocity"]), dvl.position_m)
+        readings = [replace(one, velocity=one.velocity - place) for one in readings]
     if {"position", "attitude"} <= set(values):
         way = into_body(np.nan_to_num(rate_of(values["position"])), values["attitude"])
         by_place = _meanings(readings, lambda one: [(sums_of_parts(one, way, rows), np.eye(3))])
@@ -125,10 +136,12 @@ def meant_otherwise(
     if {"specific_force", "attitude"} <= set(values):
         down = vehicle.water.gravity_mps2 * down_axis(values["attitude"])
         felt = _lively(values["specific_force"] + down)
-        by_force = _meanings(
-            readings,
-            lambda one: [(sums_of_parts(_lively(change_of(one, table)), felt, rows), np.eye(3))],
-        )
+
+        def changes(velocity: FloatArray) -> list[tuple[list[Sums], FloatArray]]:
+            return [(sums_of_parts(_lively(change_of(velocity, table)), felt, rows), np.eye(3))]
+
+        by_force = _meanings(readings, changes)
+        by_force += _with_an_arm(readings[0].velocity, felt, rows, table, changes)
         if said := _told(by_force, "the acceleration that the IMU feels", _OF_CHANGES):
             return said
     return _by_push(run, table, readings, rows, vehicle)
@@ -294,6 +307,29 @@ def _meanings(
         for (kind, how), left in zip(_TURNED_HOW, turned, strict=True):
             found.append(Meaning(left, how, kind))
     return found
+
+
+def _with_an_arm(
+    velocity: FloatArray,
+    felt: FloatArray,
+    rows: BoolArray,
+    table: RunTable,
+    references: Callable[[FloatArray], Sequence[tuple[Sequence[Sums], FloatArray]]],
+) -> Iterator[Meaning]:
+    """Score a velocity as that of a sensor away from the IMU, on a vehicle that turns."""
+    if "angular_velocity" not in table.values:
+        return
+    rate = np.nan_to_num(table.values["angular_velocity"])
+    own = [np.cross(rate, axis) for axis in np.eye(3)]
+    more = (_lively(change_of(velocity, table)) - felt)[rows].ravel()
+    causes = np.stack([_lively(change_of(one, table))[rows].ravel() for one in own], axis=1)
+    arm = np.linalg.lstsq(np.nan_to_num(causes), np.nan_to_num(more), rcond=None)[0]
+    if not _LEAST_ARM_M < np.linalg.norm(arm) < _LONGEST_ARM_M:
+        return
+    place = ", ".join(f"{one:.1f}" for one in arm)
+    how = f"it is read at ({place}) m from the IMU (sensors: dvl: position_m)"
+    left = left_of(references(velocity - np.cross(rate, arm)), _AS_IT_IS)[:, 0]
+    yield Meaning(left, how, "arm")
 
 
 def change_of(velocity: FloatArray, table: RunTable) -> FloatArray:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import Problem
+from pipeline.ingest.log_source import TABLE
 from pipeline.ingest.pool_run_meant import Reading, change_of, over_earth
 from pipeline.ingest.pool_run_resample import TABLE_HZ
 from pipeline.ingest.pool_run_score import SECOND, mean_over, rate_of
@@ -23,17 +24,25 @@ from pipeline.types import BoolArray, FloatArray
 #: Fewer rows say nothing; a second has all its rows where their mean is above it.
 _LEAST_ROWS, _WHOLE = 120, 0.99
 #: Correlations from which on a ratio tells a unit, and another reading would surely agree.
-_ALIKE, _SURELY = 0.8, 0.9
+_ALIKE, _SURELY, _CERTAINLY = 0.8, 0.9, 0.95
 #: Share of the least motion that is none of noise where another reading agrees.
 _HARDLY = 0.3
 #: A quantity that is smaller may be right where noise hides the other, which then does not last:
 #: its correlation with itself a second later is -0.5 for noise, near 1 in motion.
 _LEAST_RATIO, _LASTING = 0.5, 0.5
+#: Rates of the angles, not of the body, as nobody can state them: a reading that leaves so much is
+#: one of them where that leaves so little of it.
+_OF_ANGLES = "the rates taken for those of the angles roll, pitch and yaw"
+_APART, _NEAR = 0.03, 0.3
+#: Which shows where a vehicle pitches by more than 24 degrees, in such a share of the run.
+_STEEP, _LEAST_STEEP = 0.4, 0.05
+#: What moves so many times more than noise, and than the other, moves alone.
+_PLAINLY = 4.0
 #: Shorter runs, and what lags less, say nothing: filters of sensors take that long. [s]
 _SHORTEST_S, _LEAST_LAG_S, _MOST_LAG_S = 20.0, 0.4, 6.0
 #: With its lag taken off a channel leaves at most so much of another, and of what it left before;
 #: which is little where sensors stand apart on a vehicle that turns.
-_LEFT_AT_MOST, _MOST_LEFT, _LITTLE = 0.36, 0.5, 0.06
+_LEFT_OF_SHORT, _LEFT_OF_LONG, _LONG_S, _LITTLE = (0.36, 0.5), (0.5, 0.6), 1.0, 0.06
 #: Lags of the halves of a run agree [s]; less motion is noise [m/s, m/s2 or rad/s].
 _LAGS_ALIKE_S, _LEAST_MOTION = 0.45, 0.01
 
@@ -55,13 +64,17 @@ class Kind:
     against: float = -0.6
     apart: float = -1.0
     is_timed: bool = True
+    moves: bool = False
+    """What moves in one moves in the other, whatever its unit."""
 
 
 _RATES = ("the roll rate", "the pitch rate", "the yaw rate")
 _ANY = (0.0, float("inf"))
 #: What is said and what says it, in SI.
 _KINDS = {
-    ("angular_velocity", "attitude"): Kind(_RATES, "the turning", 0.01, (0.5, 2.0), -0.7),
+    ("angular_velocity", "attitude"): Kind(
+        _RATES, "the turning", 0.01, (0.5, 2.0), -0.7, moves=True
+    ),
     ("angular_velocity", "specific_force"): Kind(
         _RATES[:2], "the turning", 0.01, (0.5, 2.0), -0.7, is_timed=False
     ),
@@ -72,13 +85,17 @@ _KINDS = {
         is_timed=False,
     ),
     ("depth", "specific_force"): Kind(
-        ("the change of the depth",), "the acceleration", 0.02, (0.0, 1.7), -1.0, is_timed=False
+        ("the change of the depth",), "the acceleration", 0.02, (0.6, 1.7), -0.9, is_timed=False
     ),
     ("position", "depth"): Kind(
         ("the downward position",), "the motion", 0.03, _ANY, -0.8, is_timed=False
     ),
-    ("velocity", "depth"): Kind(("the downward velocity",), "the motion", 0.02, apart=0.3),
-    ("velocity", "position"): Kind(("the horizontal velocity",), "the motion", 0.02, apart=0.3),
+    ("velocity", "depth"): Kind(
+        ("the downward velocity",), "the motion", 0.02, apart=0.3, moves=True
+    ),
+    ("velocity", "position"): Kind(
+        ("the horizontal velocity",), "the motion", 0.02, apart=0.3, moves=True
+    ),
     ("velocity", "specific_force"): Kind(
         ("the change of the velocity",), "the acceleration", 0.02, (0.0, 1.4), -1.0
     ),
@@ -123,7 +140,7 @@ def pairs_of(
             continue
         if (of, by) == ("velocity", "depth") and "attitude" not in used:
             # a vehicle that pitches goes down without a velocity downward
-            kind = replace(kind, apart=-1.0)
+            kind = replace(kind, apart=-1.0, moves=False)
         yield Pair(kind, own, by, read, made, rows, otherwise)
 
 
@@ -136,28 +153,21 @@ def _signals(
     """Yield what is said and by what, as it was read, as it is made, and as it was meant."""
     wanted = ("attitude", "angular_velocity", "specific_force", "depth", "position")
     attitude, rate, force, depth, position = (table.values.get(one) for one in wanted)
-    turns = None if force is None else _turning_of_gravity(force)
-    turns = turns if attitude is None else turning(attitude, TABLE_HZ)
-    if rate is not None and turns is not None:
-        by, count = "specific_force" if attitude is None else "attitude", turns.shape[1]
-        swapped = {
-            f"the axes {two} swapped": rate[:, order][:, :count]
-            for two, order in (
-                ("x and y", [1, 0, 2]),
-                ("x and z", [2, 1, 0]),
-                ("y and z", [0, 2, 1]),
-            )
-        }
-        yield ("angular_velocity", by), rate[:, :count], turns, swapped
+    if rate is not None:
+        yield from _of_rates(rate, attitude, force)
     felt = None
     if attitude is not None and force is not None:
         up = -gravity_mps2 * down_axis(attitude)
         felt = force - up
         yield ("specific_force", "attitude"), force[:, :2], up[:, :2], {}
-        if depth is not None:
+    if depth is not None and force is not None:
+        # whatever the tilt, gravity is felt less by what a vehicle accelerates downwards
+        downwards = gravity_mps2 - np.linalg.norm(force, axis=1, keepdims=True)
+        if felt is not None and attitude is not None:
             downwards = (felt * down_axis(attitude)).sum(axis=1, keepdims=True)
-            swings = rate_of(rate_of(depth))
-            yield ("depth", "specific_force"), swings, mean_over(downwards, SECOND), {}
+        swings = rate_of(rate_of(depth))
+        smooth = mean_over(mean_over(downwards, SECOND), SECOND)
+        yield ("depth", "specific_force"), swings, smooth, {}
     if position is not None and depth is not None:
         yield ("position", "depth"), position[:, 2:], depth, {}
     earth = {one.how: over_earth(one.velocity, table) for one in readings if not one.any_heading}
@@ -172,6 +182,22 @@ def _signals(
             # an attitude that is off feels gravity all the time
             both = [one - np.nanmean(one, axis=0) for one in (change, felt)]
             yield ("velocity", "specific_force"), both[0], both[1], {}
+
+
+def _of_rates(
+    rate: FloatArray, attitude: FloatArray | None, force: FloatArray | None
+) -> Iterator[_Signals]:
+    """Yield rates by how an attitude turns, or else gravity."""
+    orders = {"x and y": [1, 0, 2], "x and z": [2, 1, 0], "y and z": [0, 2, 1]}
+    otherwise = {f"the axes {two} swapped": rate[:, order] for two, order in orders.items()}
+    if attitude is not None:
+        if (np.abs(down_axis(attitude)[:, 0]) > _STEEP).mean() > _LEAST_STEEP:
+            otherwise[_OF_ANGLES] = _of_angles(rate, attitude)
+        yield ("angular_velocity", "attitude"), rate, turning(attitude, TABLE_HZ), otherwise
+    elif force is not None:
+        otherwise = {how: one[:, :2] for how, one in otherwise.items()}
+        turns = _turning_of_gravity(force)
+        yield ("angular_velocity", "specific_force"), rate[:, :2], turns, otherwise
 
 
 def compared(run: PoolRun, pair: Pair) -> Iterator[Problem]:
@@ -200,17 +226,17 @@ def compared(run: PoolRun, pair: Pair) -> Iterator[Problem]:
 def _at_odds(kind: Kind, called: str, readings: Mapping[str, FloatArray], made: FloatArray) -> str:
     """Say how what was read, the first of its readings, is at odds with what it should be."""
     agreement = {how: _agreement(one, made) for how, one in readings.items()}
-    correlation, ratio = agreement.pop("")
-    # what hardly moves in one may move in the other, where its unit is another
+    correlation, ratio = agreement[""]
     small, large = sorted(float(np.sqrt((one**2).mean())) for one in (made, readings[""]))
-    looks = looks_like(ratio, 0.3) if correlation >= _ALIKE and large >= kind.least else ""
+    if large < kind.least:
+        return ""
     if correlation >= _ALIKE:
-        low, high = kind.usual
-        if low < ratio < high or not (small >= kind.least or (looks and correlation >= _SURELY)):
-            return ""
-        looks = f": it looks like {looks}" if looks else ""
-        return f"is {ratio:.3g} times {called}{looks}; check its unit, or the times are others."
+        return _in_size(kind, called, agreement, small)
+    moves, still = (float(one.std(axis=0).max()) for one in (readings[""], made))
+    if kind.moves and moves > _PLAINLY * max(kind.least, still):
+        return f"moves, and {called} does not: one of the two is dead, or not connected."
     better = [how for how, (alike, _) in agreement.items() if alike >= _SURELY]
+    # what hardly moves in one may move in the other, where its axes are others
     if np.sqrt((made**2).mean()) < (_HARDLY if better else 1.0) * kind.least:
         return ""
     if correlation <= kind.against or better:
@@ -218,9 +244,28 @@ def _at_odds(kind: Kind, called: str, readings: Mapping[str, FloatArray], made: 
         return f"runs against {called} (correlation {correlation:.2f}).{would}"
     before, after = made[:-SECOND], made[SECOND:]
     lasts = (before * after).sum() > _LASTING * np.sqrt((before**2).sum() * (after**2).sum())
-    if correlation > kind.apart or not (ratio > _LEAST_RATIO or lasts):
+    is_nothing = correlation <= kind.apart and (ratio > _LEAST_RATIO or lasts)
+    said = f"has nothing to do with {called} (correlation {correlation:.2f})."
+    return said if is_nothing else ""
+
+
+def _in_size(
+    kind: Kind, called: str, agreement: Mapping[str, tuple[float, float]], small: float
+) -> str:
+    """Say how what goes with what it should be is larger or smaller; the smaller one is `small`."""
+    left = {how: 1.0 + ratio**2 - 2.0 * alike * ratio for how, (alike, ratio) in agreement.items()}
+    correlation, ratio = agreement[""]
+    is_sure, is_plain, (low, high) = correlation >= _SURELY, small >= kind.least, kind.usual
+    if low < ratio < high:
+        is_other = left.get(_OF_ANGLES, 1.0) < _NEAR * left[""]
+        said = f"is {ratio:.3g} times {called}: with {_OF_ANGLES} it would agree."
+        return said if is_plain and left[""] > _APART and is_other else ""
+    looks = looks_like(ratio, 0.3)
+    is_plain |= bool(looks) or correlation >= _CERTAINLY
+    if not (is_plain and (is_sure or (ratio > 1.0 and small >= kind.least))):
         return ""
-    return f"has nothing to do with {called} (correlation {correlation:.2f})."
+    looks = f": it looks like {looks}" if looks else ""
+    return f"is {ratio:.3g} times {called}{looks}; check its unit, or the times are others."
 
 
 def _agreement(read: FloatArray, made: FloatArray) -> tuple[float, float]:
@@ -247,6 +292,20 @@ def turning(attitude: FloatArray, rate_hz: float) -> FloatArray:
     return rate
 
 
+def _of_angles(rates: FloatArray, attitude: FloatArray) -> FloatArray:
+    """Return the rates (n, 3) of a body whose angles roll, pitch and yaw have these rates."""
+    roll, pitch, yaw = rates.T
+    down = down_axis(attitude)
+    level = np.maximum(np.hypot(down[:, 1], down[:, 2]), 1e-6)
+    sin, cos = down[:, 1] / level, down[:, 2] / level
+    turned = [
+        roll + yaw * down[:, 0],
+        pitch * cos + yaw * down[:, 1],
+        yaw * down[:, 2] - pitch * sin,
+    ]
+    return np.stack(turned, axis=1)
+
+
 def _turning_of_gravity(force: FloatArray) -> FloatArray:
     """Return rates of roll and pitch (n, 2) by how gravity turns, of a specific force (n, 3).
 
@@ -268,16 +327,18 @@ def late(run: PoolRun, pair: Pair) -> Iterator[Problem]:
         for one in (pair.read, pair.made)
     ]
     found = late_by(both[0], both[1]) if min(one.std() for one in both) > _LEAST_MOTION else None
+    is_long = found is not None and abs(found.lag_s) >= _LONG_S
+    most, most_left = _LEFT_OF_LONG if is_long else _LEFT_OF_SHORT
     if (
         found is None
         or abs(found.lag_s) < _LEAST_LAG_S
         or found.left_as_it_is < _LITTLE
-        or found.left > min(_LEFT_AT_MOST, _MOST_LEFT * found.left_as_it_is)
+        or found.left > min(most, most_left * found.left_as_it_is)
     ):
         return
     names = (pair.of, pair.by) if found.lag_s > 0.0 else (pair.by, pair.of)
     topics = [run.channels[name].topic for name in names]
-    if topics[0] != topics[1]:
+    if topics[0] != topics[1] or topics[0] == TABLE:
         yield run.place.warning(
             f"{names[0]} ({topics[0]}) is {abs(found.lag_s):.1f} s behind {names[1]} ({topics[1]}):"
             f" with that taken off it explains {100 * (1 - found.left):.0f} % of that motion, as "

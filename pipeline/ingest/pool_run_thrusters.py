@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Problem
+from pipeline.ingest.pool_run_health import is_noise_alone
 from pipeline.ingest.pool_run_pairs import late_by, turning
 from pipeline.ingest.pool_run_resample import TABLE_HZ, thrusters_of
 from pipeline.ingest.pool_run_score import (
@@ -148,6 +149,14 @@ def moments_without_turning(run: PoolRun, table: RunTable, vehicle: Vehicle) -> 
     rows &= size > _LEAST_OF_MOMENT * size.max(initial=0.0)
     halves = np.array_split(np.flatnonzero(rows), 2)
     if rows.sum() < _FEWEST_ROWS or (np.abs(arms) > 0.0).sum() < 2:
+        return
+    channel = run.channels["angular_velocity"]
+    if is_noise_alone(channel.values[channel.usable()], channel.period_s):
+        yield run.place.warning(
+            f"the rates ({channel.topic}) are noise alone while the commands turn the vehicle: the "
+            "IMU is dead or not connected, or the thrusters did not run.",
+            remedy="Check the sensor.",
+        )
         return
     shares = [float(each[half].sum() / size[half].sum()) for half in halves]
     turned = [abs(float(table.values["angular_velocity"][half, 2].mean())) for half in halves]

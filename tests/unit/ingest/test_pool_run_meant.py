@@ -142,6 +142,33 @@ def test_a_velocity_over_the_earth_without_a_position(
 
 
 @pytest.mark.parametrize("logged", [ALL, ("depth",), ()])
+@pytest.mark.parametrize("signs", [[-1, 1, 1], [1, -1, 1], [1, 1, -1]])
+def test_one_axis_that_is_reversed(
+    signs: list[int], logged: tuple[str, ...], tmp_path: Path
+) -> None:
+    moved = motion()
+    assert f"{{sign: {signs}}}" in warned(tmp_path, moved, moved.velocity * signs, logged)
+
+
+def felt(moved: Motion) -> Topic:
+    """What an IMU at the centre of mass feels."""
+    gained = np.gradient(moved.velocity, 1.0 / HZ, axis=0) + np.cross(moved.rate, moved.velocity)
+    return imu_topic(TIMES, moved.rate, forces=gained - [0.0, 0.0, 9.81])
+
+
+@pytest.mark.parametrize("arm_m", [0.0, 1.2])
+def test_a_dvl_away_from_the_imu(arm_m: float, tmp_path: Path) -> None:
+    moved = motion()
+    velocity = moved.velocity + np.cross(moved.rate, [arm_m, 0.0, 0.0])
+    named = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in velocity.tolist()]
+    turns = [{"orientation": vector(one)} for one in moved.turn.as_quat()]
+    topics = [felt(moved), json_topic("/dvl", TIMES, named), json_topic("/ahrs", TIMES, turns)]
+    run = read_pool_run(write_log(tmp_path / "run.mcap", topics), rov(), tmp_path)
+    said = "\n".join(one.what for one in run.problems)
+    assert ("m from the IMU (sensors: dvl: position_m)" in said) == (arm_m > 0.0)
+
+
+@pytest.mark.parametrize("logged", [ALL, ("depth",), ()])
 @pytest.mark.parametrize("azimuths_deg", [[45, 135, 225], [45, 225, 135], [0, 120, 240]])
 def test_speeds_along_beams(
     azimuths_deg: list[float], logged: tuple[str, ...], tmp_path: Path
