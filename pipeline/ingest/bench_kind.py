@@ -11,7 +11,7 @@ from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.log_names import is_log_anywhere
-from pipeline.ingest.repeats import Repeats, RowCopies, without_copies
+from pipeline.ingest.repeats import Copies
 from pipeline.ingest.row_directions import directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
 from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
@@ -50,7 +50,6 @@ class Kind(Generic[Point]):
     sheets: SheetReader = lambda path, shown_as, _: read_sheets(path, shown_as)
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
-    row_copies: RowCopies = "table"
 
 
 @dataclass(frozen=True)
@@ -75,16 +74,16 @@ def read_files(
     sheets: list[SheetRead] = []
     tables: list[Table] = []
     by_table: list[tuple[Point, ...]] = []
-    repeats = Repeats(kind.row_copies)
-    kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
-    for path in kept:
+    problems: list[Problem] = []
+    copies = Copies()
+    for path in paths:
         own_vehicle = of_logs if is_log_anywhere(path.name) else vehicle
         file: BenchFile = BenchFile(path, Place(source_name(path, raw_root)), own_vehicle)
-        file.told_apart_by = words_apart(path.stem, [one.stem for one in kept])
+        file.told_apart_by = words_apart(path.stem, [one.stem for one in paths])
         wanted = _wanted(kind, own_vehicle)
         read_bench_file(file, wanted, kind.looked_for, kind.row_words, kind.sheets)
         kind.steps(file)
-        repeats.mark(file.tables)
+        copies.mark(file.tables)
         of_tables = kind.points(file)
         for table, measured in zip(file.tables, of_tables, strict=True):
             said = kind.summary(table, measured) if measured else "left out"

@@ -8,28 +8,24 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
-from pipeline.ingest.blocks import NO_QUANTITY
 from pipeline.ingest.command_signs import check_signs, with_signs_of_codes
 from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
 from pipeline.ingest.load_test_checks import (
-    check_constant,
     check_magnitudes,
     check_powers,
     odd_codes,
     torque_not_written,
-    torque_of_current,
 )
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
 from pipeline.ingest.load_test_sweeps import (
-    branches_and_warm_up,
     two_curves,
+    with_branches,
 )
-from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED
+from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED
 from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted
 from pipeline.ingest.settled_steps import settle_loads
-from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
@@ -54,35 +50,11 @@ def _take_steps(file: BenchFile) -> None:
             table.take(_STEPS)
 
 
-def _clock_and_powers(table: Table) -> Iterator[Problem]:
-    """Say that there is no time to count the warm-up by, and which powers were not read."""
-    warm_up_s, place = table.vehicle.columns.load_test.warm_up_s, table.at(table.head)
-    if warm_up_s is not None and not table.has_time:
-        yield place.warning(
-            f"vehicle.yaml states warm_up_s: {warm_up_s:g}, but there is no time to count it by.",
-            "a time column.",
-            "Add one, or mark the rows with a word (warm-up) in a column named status.",
-        )
-    for one in table.block.columns_not_used(None):
-        header = one.header
-        if one.reason == NO_QUANTITY and any(
-            name_score(text, ANY_POWER) > 0
-            and (text.unit is None or unit_fits(text.unit, ANY_POWER))
-            for text in split_header(header)
-        ):
-            yield place.note(
-                f'"{header}" says neither input nor output power; it was not read.',
-                "input (electric) or output (shaft) power in the name.",
-                "Rename it, or state it in vehicle.yaml under columns: load_test: input_power or "
-                "output_power.",
-            )
-
-
 _STEPS: tuple[Step, ...] = (
     *(factor_unclear, pwm_problems, command_in_codes, with_words),
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
-    *(branches_and_warm_up, check_signs, codes_in_range, torque_not_written),
-    *(two_curves, check_powers, check_constant, torque_of_current, _clock_and_powers),
+    *(with_branches, check_signs, codes_in_range, torque_not_written),
+    *(two_curves, check_powers),
 )
 
 
@@ -175,5 +147,4 @@ _KIND = Kind(
     row_words=row_words,
     shared=frozenset({"code"}),
     split_words=BRANCH_WORDS,
-    row_copies="folder",
 )

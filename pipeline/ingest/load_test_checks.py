@@ -1,36 +1,26 @@
 """What a load-test table says about itself that cannot be true, and what is likely the cause."""
 
-import re
 from collections.abc import Iterator, Sequence
-from pathlib import PurePath
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_table import Table, numbers, stated_voltage
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.column_data import ratio_of
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.records.measurements import LoadTestPoint
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-_RATIO_TOLERANCE = 0.05
-_STEADY = 0.05
-#: Two measured columns are not so nearly in proportion.
-_EXACT, _LEAST_ROWS = 2e-3, 6
+#: Powers that are computed from each other.
+_EQUAL = (0.95, 1.05)
 #: Any motor has more somewhere.
-_LEAST_EFFICIENCY = 0.1
+_LEAST_EFFICIENCY, _MOST_EFFICIENCY = 0.1, 1.02
 #: K_M = M / (rho n^2 D^5): a bench that goes past what a screw takes begins well below it.
 _LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.0085, 0.065, 3
 #: How far off the line through all other codes is another unit, and how near to it these are.
 _ODD_CODE, _ONE_LINE = 5.0, 1.6
-#: Of torque over current, by a motor's constant.
-_OF_CONSTANT = 3.0
-_KV = re.compile(
-    r"(?<![\w.])(\d{2,5})\s?(?:KV|Kv|kv|rpm/V)(?![\w/])|(?<![\w.])[Kk][Vv]\s?[=:]?\s?(\d{2,5})(?![\w/.])"
-)
 #: No drive runs on less or more. [V]
 _LEAST_VOLTAGE_V, _MOST_VOLTAGE_V = 3.0, 600.0
 #: A shaft that is loaded by so much of the largest torque turns slower than one that is not.
@@ -38,114 +28,56 @@ _LOADED, _SLOWER = 0.02, 0.98
 
 
 def check_powers(table: Table) -> Iterator[Problem]:
-    """Compare the power columns with 2 pi n M and with U I; a constant ratio betrays a unit.
+    """Compare the powers of the shaft and of the supply with each other and with their columns.
 
-    The warnings name the unit that would make it right, if there is one.
+    A ratio that no drive has betrays a unit; the warning names those that would explain it.
     """
-    block, live = table.block, table.live()
+    live = table.live()
     shaft = 2.0 * np.pi * numbers(live, "shaft_speed") / 60.0 * numbers(live, "torque")
-    voltage_v = numbers(live, "voltage")
-    if not np.isfinite(voltage_v).any():
-        stated_v = stated_voltage(table.texts) or table.vehicle.tables.supply_voltage_v
-        voltage_v = np.full(len(live), np.nan if stated_v is None else stated_v)
-    electrical = numbers(live, "current") * voltage_v
-    drawn = numbers(live, "input_power")
-    given = numbers(live, "output_power")
-    problems = [
-        *_compare(block, "output_power", (given, shaft), "2 pi n M", ("torque", "shaft_speed")),
-        *_compare(block, "input_power", (drawn, electrical), "U I", ("current", "voltage")),
-    ]
-    if problems:
-        yield from problems
-        return
-    drawn = np.where(np.isfinite(drawn), drawn, electrical)
-    usable = np.isfinite(drawn) & (drawn > 0) & (shaft > 0)
-    usable &= shaft > 0.1 * shaft.max(initial=0.0)
-    if usable.sum() < 3:
-        yield from _voltage_needed(block, shaft, numbers(live, "current"))
-        return
-    efficiency, best = (
-        float(one) for one in np.quantile(shaft[usable] / drawn[usable], [0.5, 0.9])
-    )
-    place, remedy = block.place(block.first_row, "torque"), f"Check the units: {_units(block)}."
-    if efficiency > 1.02:
-        what = (
-            f"the shaft gives {efficiency:.3g} times the power that the drive takes: a "
-            "unit of torque, speed, current or voltage is likely wrong."
-        )
-        yield place.warning(what, "an efficiency below 1.", remedy)
-    elif best < _LEAST_EFFICIENCY:
-        what = (
-            f"the drive's efficiency comes out as {best:.2g} at best: a unit of torque, speed, "
-            "current or voltage is likely wrong, or it was hardly loaded."
-        )
-        yield place.warning(what, "an efficiency of some ten per cent under load.", remedy)
+    volts, amperes = numbers(live, "voltage"), numbers(live, "current")
+    stated_v = stated_voltage(table.texts) or table.vehicle.tables.supply_voltage_v
+    if stated_v is not None and not np.isfinite(volts).any():
+        volts = np.full(len(live), stated_v)
+    drawn, given = numbers(live, "input_power"), numbers(live, "output_power")
+    taken = np.where(np.isfinite(drawn), drawn, amperes * volts)
+    for name, one, other, low, high, causes in (
+        ("output power over 2 pi n M", given, shaft, *_EQUAL, ("torque", "shaft_speed")),
+        ("input power over U I", drawn, amperes * volts, *_EQUAL, ("current", "voltage")),
+        ("2 pi n M over the power taken", shaft, taken, _LEAST_EFFICIENCY, _MOST_EFFICIENCY, ()),
+        ("2 pi n M over the current [V]", shaft, amperes, _LEAST_VOLTAGE_V, _MOST_VOLTAGE_V, ()),
+    ):
+        ratio = _ratio(one, other, best=not causes)
+        if ratio is not None and not low <= ratio <= high:
+            likely = _suspects(table.block, ratio, causes)
+            yield table.block.place(table.block.first_row, "torque").warning(
+                f"{name} is {ratio:.3g}: a unit is likely wrong.{likely}",
+                f"{low:g} to {high:g}.",
+                f"Correct the units in the file or in vehicle.yaml: {_units(table.block)}.",
+            )
+            return
 
 
-def _voltage_needed(block: Block, shaft: FloatArray, current: FloatArray) -> Iterator[Problem]:
-    """Say where a current would give the power of the shaft at no voltage that a drive has."""
-    there = np.isfinite(current) & (current > 0.0) & (shaft > 0.1 * shaft.max(initial=0.0))
+def _ratio(one: FloatArray, other: FloatArray, *, best: bool) -> float | None:
+    """Return the size of a ratio where both are large: the middle one, or nearly the largest."""
+    there = np.isfinite(one) & np.isfinite(other) & (other != 0.0)
+    there &= np.abs(one) > 0.1 * np.abs(one[np.isfinite(one)]).max(initial=0.0)
     if there.sum() < _LEAST_LOADS:
-        return
-    least_v = float(np.quantile(shaft[there] / current[there], 0.9))
-    if not _LEAST_VOLTAGE_V <= least_v <= _MOST_VOLTAGE_V:
-        yield block.place(block.first_row, "torque").warning(
-            f"the shaft gives as much power as {least_v:.2g} V at the current: a unit of torque, "
-            "speed or current is likely wrong.",
-            "a voltage that a drive has.",
-            f"Check the units: {_units(block)}.",
-        )
+        return None
+    return float(np.quantile(np.abs(one[there] / other[there]), 0.9 if best else 0.5))
 
 
-def _compare(
-    block: Block,
-    quantity: str,
-    powers: tuple[FloatArray, FloatArray],
-    formula: str,
-    causes: tuple[str, str],
-) -> Iterator[Problem]:
-    given, computed = powers
-    usable = np.isfinite(given) & np.isfinite(computed)
-    if usable.sum() < 3:
-        return
-    given, computed = given[usable], computed[usable]
-    large = np.abs(computed) > 0.1 * np.abs(computed).max()
-    if large.sum() < 3 or not np.abs(given[large]).max() > 0:
-        return
-    ratios = given[large] / computed[large]
-    ratio = float(np.median(ratios))
-    spread = float(np.median(np.abs(ratios - ratio))) / abs(ratio) if ratio else np.inf
-    # The sign of a computed column follows the writer's taste; sizes are what is compared.
-    if abs(abs(ratio) - 1.0) <= _RATIO_TOLERANCE:
-        return
-    name = quantity.replace("_", " ")
-    if spread > _STEADY:
-        what = f"{name} and {formula} disagree, by no constant factor (median {ratio:.3g})."
-        remedy = "Check that the columns are what their headers say."
-    else:
-        what = (
-            f"{name} is {abs(ratio):.4g} times {formula} throughout: a unit is likely wrong."
-            f"{_suspects(block, quantity, abs(ratio), causes)}"
-        )
-        remedy = "Correct the unit in the file, or state it in vehicle.yaml under columns."
-    yield block.place(block.first_row, quantity).warning(
-        what, f"{name} = {formula} within {_RATIO_TOLERANCE:.0%}; read as {_units(block)}.", remedy
-    )
-
-
-def _suspects(block: Block, quantity: str, ratio: float, causes: tuple[str, str]) -> str:
-    """Name the units that would make the ratio 1."""
-    suspects: list[str] = []
-    for cause in (*causes, quantity):
-        column = block.columns.get(cause)
-        if column is None or not column.unit:
-            continue
-        kind = "power" if cause.endswith("power") else cause
-        worth = factor(column.unit, kind)
-        unit = unit_worth(kind, worth / ratio if cause == quantity else worth * ratio)
-        if unit is not None:
-            suspects.append(f"{cause.replace('_', ' ')} is in {unit}, not {column.unit}")
-    return f" It would agree if {', or if '.join(suspects)}." if suspects else ""
+def _suspects(block: Block, ratio: float, causes: Sequence[str]) -> str:
+    """Name the units of what is divided by that would make a ratio of powers one."""
+    columns = [block.columns[cause] for cause in causes if cause in block.columns]
+    units = [
+        (one, unit_worth(one.quantity, factor(one.unit, one.quantity) * ratio)) for one in columns
+    ]
+    said = [
+        f"{one.quantity.replace('_', ' ')} is in {unit}, not {one.unit}"
+        for one, unit in units
+        if unit
+    ]
+    return f" It would agree if {', or if '.join(said)}." if said else ""
 
 
 def torque_not_written(table: Table) -> Iterator[Problem]:
@@ -172,20 +104,6 @@ def torque_not_written(table: Table) -> Iterator[Problem]:
         "a blank cell where there is no reading.",
         'Mark these rows with "#" in column A.',
     )
-
-
-def torque_of_current(table: Table) -> Iterator[Problem]:
-    """Warn of a torque that is the current times a constant: computed from it, not measured."""
-    live = table.live()
-    found = ratio_of(numbers(live, "current"), numbers(live, "torque"))
-    if found is not None and len(live) >= _LEAST_ROWS and found.spread <= _EXACT:
-        yield table.at(live[0].row, "torque").warning(
-            f"the torque is {found.median:.4g} N m for each ampere in every row, without the "
-            "current of no load: it was computed from the current, not measured.",
-            "the torque of a sensor.",
-            "State the column of the measured torque in vehicle.yaml under columns: load_test: "
-            "torque.",
-        )
 
 
 def check_magnitudes(
@@ -246,28 +164,6 @@ def odd_codes(points: Sequence[LoadTestPoint], folder: Place) -> Iterator[Proble
                     "one unit at all codes.",
                     "Correct the numbers of this code, or its unit.",
                 )
-
-
-def check_constant(table: Table) -> Iterator[Problem]:
-    """Compare torque over current with what a motor's KV says, where some text names it."""
-    texts = (*table.texts, PurePath(table.place.file).stem, table.vehicle.drive.source)
-    stated = {float(one or other) for one, other in _KV.findall(" ".join(texts))}
-    live = table.live()
-    current, torque = numbers(live, "current"), np.abs(numbers(live, "torque"))
-    there = np.isfinite(current)
-    if len(stated) != 1 or there.sum() < _LEAST_LOADS or not np.ptp(current[there]):
-        return
-    kv = stated.pop()
-    slope = abs(float(np.polyfit(current[there], torque[there], 1)[0]))
-    expected = 60.0 / (2.0 * np.pi * kv)
-    if not expected / _OF_CONSTANT < slope < expected * _OF_CONSTANT:
-        yield table.at(table.head, "torque").warning(
-            f"the torque grows by {slope:.3g} N m for each ampere; a motor of {kv:g} rpm/V gives "
-            f"{expected:.3g}: a unit of torque or current is likely wrong, or the current is that "
-            "of the supply at part throttle.",
-            "K_t = 60 / (2 pi KV).",
-            f"Check the units: {_units(table.block)}.",
-        )
 
 
 def _units(block: Block) -> str:

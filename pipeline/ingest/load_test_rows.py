@@ -87,8 +87,11 @@ def mark_early(table: Table) -> tuple[Problem, ...]:
     """Mark the rows of the time that vehicle.yaml states for warming up, from the first on."""
     warm_up_s = table.vehicle.columns.load_test.warm_up_s
     times = [one.values["time"] for one in table.readings if "time" in one.values]
-    if warm_up_s is None or not times:
+    if warm_up_s is None:
         return ()
+    if not times:
+        what = f"vehicle.yaml states warm_up_s: {warm_up_s:g}, and there is no time to count it by."
+        return (table.at(table.head).warning(what, "a time column."),)
     # A clock time starts somewhere in the day; a running time may start above zero on purpose.
     by_clock = times[0] > 10.0 * max(warm_up_s, 60.0)
     start = times[0] if by_clock else 0.0

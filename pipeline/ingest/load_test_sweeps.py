@@ -1,4 +1,4 @@
-"""The course of a load test: two curves in one table, branches, warm-up."""
+"""The course of a load test: two curves in one table, branches."""
 
 import math
 from collections import defaultdict
@@ -11,7 +11,6 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.load_test_words import Branch
 from pipeline.ingest.rows import listed
-from pipeline.ingest.settled_steps import noise_of
 from pipeline.types import FloatArray
 
 #: Two curves: readings of one group at least, how far apart of the largest speed, and of the
@@ -19,9 +18,6 @@ from pipeline.types import FloatArray
 _LEAST_OF_TWO, _TWO_SHARE, _TWO_SIGMAS = 6, 0.05, 6.0
 #: Share of the torque's range by which it must come back before the branch changes.
 _TURN_SHARE = 0.08
-_NO_LOAD_SHARE = 0.02
-_STEADY_LOAD_SHARE = 0.003
-_LEAST_WARM_UP_ROWS = 6
 
 
 def two_curves(table: Table) -> Iterator[Problem]:
@@ -85,31 +81,17 @@ def _curve(x: FloatArray, y: FloatArray, degree: int) -> FloatArray:
     return np.asarray(np.linalg.lstsq(np.vander(x, degree + 1), y, rcond=None)[0])
 
 
-def branches_and_warm_up(table: Table) -> Iterator[Problem]:
-    """Tell branches and warm-up, code by code, in the order of the rows."""
-    by_code: dict[float | None, list[int]] = {}
+def with_branches(table: Table) -> tuple[Problem, ...]:
+    """Tell the branches that no word tells, code by code, in the order of the rows."""
+    by_code: dict[float | None, list[int]] = defaultdict(list)
     for index, reading in enumerate(table.readings):
-        if not reading.marks:
-            by_code.setdefault(reading.values.get("code"), []).append(index)
-    for code, indices in by_code.items():
-        own = [table.readings[index] for index in indices]
-        drifting = _drifting(own)
-        if drifting:
-            rows = [reading.row for reading in own[:drifting]]
-            at_code = "" if code is None else f", code {code:g}"
-            yield table.at(rows[0]).note(
-                f"{listed(rows)}{at_code}: no load and a speed that still drifts; taken for "
-                "warm-up and not fitted.",
-                "",
-                "To say it yourself, add a time column and warm_up_s in vehicle.yaml, or a "
-                'column "status".',
-            )
-        for index in indices[:drifting]:
-            table.readings[index] = table.readings[index].marked("warm-up")
-        untold = [index for index in indices[drifting:] if table.readings[index].branch is None]
-        torque = np.abs(numbers((table.readings[index] for index in untold), "torque"))
-        for index, branch in zip(untold, branches_of(torque), strict=True):
+        if not reading.marks and reading.branch is None:
+            by_code[reading.values.get("code")].append(index)
+    for indices in by_code.values():
+        torque = np.abs(numbers((table.readings[index] for index in indices), "torque"))
+        for index, branch in zip(indices, branches_of(torque), strict=True):
             table.readings[index] = replace(table.readings[index], branch=branch)
+    return ()
 
 
 def branches_of(torque: FloatArray) -> list[Branch]:
@@ -141,29 +123,3 @@ def branches_of(torque: FloatArray) -> list[Branch]:
                 branches += [branch] * (low + 1 - len(branches))
             branch, high = "loading", index
     return branches + [branch or "loading"] * (count - len(branches))
-
-
-def _drifting(readings: Sequence[Reading]) -> int:
-    """Count the rows of a leading run without load in which the speed still drifts.
-
-    Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
-    far above its scatter and above 0.5 %. The readings are of one code, in the order taken.
-    """
-    if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):
-        return 0
-    torque = np.abs([reading.values["torque"] for reading in readings])
-    close = np.abs(torque - torque[0]) <= _NO_LOAD_SHARE * np.ptp(torque)
-    run = int(np.argmin(close)) if not close.all() else 0
-    if run < _LEAST_WARM_UP_ROWS or torque[0] > torque.min() + _NO_LOAD_SHARE * np.ptp(torque):
-        return 0
-    third = run // 3
-    moved = abs(float(np.median(torque[run - third : run]) - np.median(torque[:third])))
-    if moved > _STEADY_LOAD_SHARE * np.ptp(torque):
-        return 0  # a slow ramp of the load changes the speed as well
-    speed = np.array([reading.values["shaft_speed"] for reading in readings[:run]])
-    settled = float(np.median(speed[-third:]))
-    scatter = noise_of(speed)
-    if abs(speed[0] - settled) <= max(0.005 * abs(settled), 8.0 * scatter):
-        return 0
-    away = np.abs(speed - settled) > max(0.002 * abs(settled), 4.0 * scatter)
-    return int(np.argmin(away)) if not away.all() else 0

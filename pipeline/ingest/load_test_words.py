@@ -7,12 +7,10 @@ from typing import Literal
 
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.unit_text import fold_lookalikes
-from pipeline.ingest.vocabulary import pattern_of, plain, vocabulary_of, words_of
+from pipeline.ingest.vocabulary import pattern_of, plain, words_of
 
 Branch = Literal["loading", "unloading"]
 
-#: A power that is said to be neither the one taken nor the one given: not read, but mentioned.
-ANY_POWER = vocabulary_of("other")["any_power"]
 REQUIRED = (("shaft_speed",), ("torque",))
 BRANCH_WORDS = words_of("directions", "branches")
 _UNLOADING, _LOADING, _WARM_UP, _OTHER_CODE = map(

@@ -23,7 +23,7 @@ from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
-from pipeline.ingest.thrust_checks import compare_thrusters, curves_of, thrust_problem
+from pipeline.ingest.thrust_checks import curves_of, thrust_problem
 from pipeline.ingest.thrust_shape import odd_sizes, saturated, shape_problem
 from pipeline.ingest.vocabulary import pattern_of, plain, words_of
 from pipeline.ingest.workbook import read_sheets
@@ -107,7 +107,7 @@ def _take_steps(file: BenchFile) -> None:
 
 
 def _points(file: BenchFile) -> list[tuple[MooringPoint, ...]]:
-    of_tables = compare_thrusters(file.tables, points_of_file(file.tables), file.problems)
+    of_tables = points_of_file(file.tables)
     for at, table in enumerate(file.tables):
         found = [shape_problem(table, of_tables[at])]
         # a check of a file alone: no vehicle file says how large the propeller is
@@ -191,7 +191,6 @@ _KIND = Kind(
     summary=_summary,
     over_all=_over_all,
     compared=("thrust", curves_of),
-    row_copies="above",
     shared=frozenset({"code", "pwm"}),
     split_words=tuple(
         word

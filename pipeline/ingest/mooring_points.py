@@ -75,6 +75,7 @@ def _points(
                 shaft_speed_rpm=shaft_speed_rpm[at],
                 voltage_v=one.values.get("voltage", table.nominal_voltage_v),
                 current_a=one.values.get("current"),
+                thruster=table.block.thruster,
                 sweep=table.sense or sweep,
                 marks=marks or ("zero reading",) * bool(codes[at] == 0.0),
             )

@@ -6,8 +6,7 @@ from dataclasses import replace
 from pipeline.errors import Place, Problem
 from pipeline.records.measurements import IN_A_FLOW
 
-#: How the marks of points begin that only repeat what is read elsewhere.
-_COPIES = ("duplicate", "also on sheet")
+COPY = "duplicate"
 
 
 def counted(number: int, noun: str) -> str:
@@ -48,7 +47,7 @@ def with_cause(
     of the points that were read are the cause. A file that repeats another one is no error, nor one
     whose thrust was all measured in a flow. `kind` is that of the points, e.g. "load_test".
     """
-    serve = (not own or own == (IN_A_FLOW,) or own[0].startswith(_COPIES) for own in marks)
+    serve = (not own or own == (IN_A_FLOW,) or own[0] == COPY for own in marks)
     if any(serve) or any(problem.severity == "error" for problem in problems):
         return problems
     rest = [problem for problem in problems if problem.severity != "warning"]

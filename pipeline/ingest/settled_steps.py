@@ -58,14 +58,14 @@ def settle(table: Table) -> Iterator[Problem]:
 def settle_loads(table: Table) -> Iterator[Problem]:
     """Average the settled part of each load of a load test's log in time; a slow ramp stays rows.
 
-    The readings stay as they are where the rows come seldom, or have no times and follow their
+    The readings stay as they are where the rows come seldom, or have no times, and follow their
     command at once: each is a reading then. Of a ramp the rows in which the speed still moves are
     marked. The table is left out where the command never rests, or the speed lags behind it.
     """
     readings = table.live()
-    speed, time_s, period_s, runs, rows = _in_time(readings, "shaft_speed")
+    speed, _, period_s, runs, rows = _in_time(readings, "shaft_speed")
     late = _rows_late(speed, runs)
-    is_log = late >= 1.0 if np.isnan(time_s).any() else 0.0 < period_s < _RAMP_PERIOD_S
+    is_log = late >= 1.0 or 0.0 < period_s < _RAMP_PERIOD_S
     if len(readings) < _LEAST_RAMP_ROWS or not is_log:
         return
     loads = _held(numbers(readings, "torque"), runs)

@@ -19,40 +19,45 @@ CONTRADICTS = "contradicts other tables"
 def disagreement(
     tables: Sequence[Table], curves: Sequence[Curves], name: str
 ) -> tuple[list[Problem], frozenset[int]]:
-    """Tell of the table that differs most from the others; `name` is what is compared.
+    """Tell of the tables that differ from the others; `name` is what is compared.
 
     Returns what is wrong, and the numbers of the tables that cannot be fitted together: of two that
-    are a factor apart nobody knows which is right.
+    are a factor apart nobody knows which is right; one of several thrusters is another than they.
     """
     shares: dict[int, float] = {}
+    partners: dict[int, int] = {}
     for at, own in enumerate(curves):
         for key, curve in own.items():
-            every = [one[key] for one in curves if one.get(key)]
-            others = [one[key] for other, one in enumerate(curves) if other != at and one.get(key)]
-            share = share_of(curve, every if len(every) > 2 else others) if curve else 1.0
+            holders = [other for other, one in enumerate(curves) if one.get(key)]
+            others = [other for other in holders if other != at or len(holders) > 2]
+            share = share_of(curve, [curves[other][key] for other in others]) if curve else 1.0
             if abs(np.log(share)) > abs(np.log(shares.get(at, 1.0))):
                 shares[at] = share
-    odd = max(shares, key=lambda at: abs(shares[at] - 1.0), default=None)
-    if odd is None or abs(shares[odd] - 1.0) <= ALIKE:
-        return [], frozenset()
-    apart = frozenset(at for at, one in shares.items() if abs(np.log(one)) > np.log(_APART))
-    expected = "tests of one type of machine, in one unit, at one voltage, in one water."
-    remedy = (
-        "Correct the unit, or take it out of the folder; sheets of a workbook are chosen in "
-        f"vehicle.yaml:\n  columns:\n    {tables[odd].kind}: {{sheets: [...]}}"
+                partners[at] = others[0] if len(holders) == 2 else at
+    odd = {at: one for at, one in shares.items() if abs(one - 1.0) > ALIKE}
+    apart = frozenset(
+        at
+        for at, one in odd.items()
+        if abs(np.log(one)) > np.log(_APART) or tables[at].block.thruster is not None
     )
-    place, share = tables[odd].place, shares[odd]
-    if apart:
-        what = (
-            f"this table gives {share:.3g} times the {name} of the others, where all else is "
-            "equal; the tables that contradict are kept but not fitted."
-        )
-        return [place.error(what, expected, remedy)], apart
-    what = (
-        f"this table gives {share:.2f} times the {name} of the others, where all else is equal; "
-        "all of them are fitted together."
-    )
-    return [place.warning(what, expected, remedy)], apart
+    problems = []
+    for at, share in odd.items():
+        thruster, is_apart = tables[at].block.thruster, at in apart
+        if at >= partners[at] or partners[at] not in odd:  # of two one message is enough
+            who = "this table" if thruster is None else f'thruster "{thruster}"'
+            place = tables[at].place
+            say = place.error if is_apart and thruster is None else place.warning
+            how = "what contradicts is kept but not" if is_apart else "all of it is"
+            problems.append(
+                say(
+                    f"{who} gives {share:.2f} times the {name} of the others, where all else is "
+                    f"equal; {how} fitted.",
+                    "tests of one type of machine, in one unit, at one voltage, in one water.",
+                    "Correct the unit, or take it out of the folder; sheets and columns are chosen "
+                    f"in vehicle.yaml:\n  columns:\n    {tables[at].kind}: {{sheets: [...]}}",
+                )
+            )
+    return problems, apart
 
 
 def share_of(curve: Mapping[float, float], others: Sequence[Mapping[float, float]]) -> float:

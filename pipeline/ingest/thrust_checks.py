@@ -1,15 +1,13 @@
-"""What thrust at rest cannot be by its size, and how the thrusters of a file differ."""
+"""What thrust at rest cannot be by its size."""
 
 import math
 from collections.abc import Hashable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import BlockColumn
-from pipeline.ingest.tables_agree import ALIKE, share_of
 from pipeline.ingest.thrust_shape import by_code
 from pipeline.ingest.unit_text import unit_worth
 from pipeline.records.measurements import MooringPoint
@@ -113,53 +111,7 @@ def _likely(column: BlockColumn, ratio: float) -> str:
     return "" if unit in {None, column.unit} else f" The numbers look like {unit}."
 
 
-def compare_thrusters(
-    tables: Sequence[Table], points: list[tuple[MooringPoint, ...]], problems: list[Problem]
-) -> list[tuple[MooringPoint, ...]]:
-    """Compare the thrusters of a file with their median, and mark those that differ.
-
-    Returns the same points, each with its thruster.
-    """
-    named = [at for at, one in enumerate(tables) if one.block.thruster is not None and points[at]]
-    done = list(points)
-    if len(named) < 2:
-        return done
-    curves = [by_code(points[at]) for at in named]
-    codes = set.intersection(*(set(curve) for curve in curves))
-    if not codes:
-        return done
-    common = [{code: curve[code] for code in codes} for curve in curves]
-    shares = [share_of(curve, common) for curve in common]
-    for at, share in zip(named, shares, strict=True):
-        name = tables[at].block.thruster
-        marks: tuple[str, ...] = ()
-        if abs(share - 1.0) > ALIKE:
-            marks = ("thruster differs",)
-            problems.append(
-                tables[at].place.warning(
-                    f'thruster "{name}" gives {share:.2f} of the thrust of the others; kept but '
-                    "not fitted.",
-                    "thrusters of one type within 10 %.",
-                    "Choose one in vehicle.yaml: columns: {mooring: {thrust: {header: ...}}}.",
-                )
-            )
-        done[at] = tuple(
-            point.model_copy(update={"thruster": name, "marks": (*point.marks, *marks)})
-            for point in points[at]
-        )
-    if not any(abs(share - 1.0) > ALIKE for share in shares):
-        problems.append(
-            replace(tables[0].place, sheet=None).note(
-                f"{len(named)} thrusters, {min(shares):.2f} to {max(shares):.2f} of their median; "
-                "fitted together."
-            )
-        )
-    return done
-
-
 def curves_of(points: Sequence[MooringPoint]) -> dict[Hashable, dict[float, float]]:
-    """Return the thrust of a table by voltage and code; named thrusters are compared apart."""
+    """Return the thrust of a table by voltage and code."""
     volts = [one.voltage_v for one in points if one.voltage_v is not None]
-    if any(one.thruster is not None for one in points):
-        return {}
     return {round(float(np.median(volts))) if volts else None: by_code(points)}

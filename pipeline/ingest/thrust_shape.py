@@ -192,7 +192,7 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
 def _other_the_second_time(table: Table, later: Sequence[float]) -> Problem | None:
     """Doubt a second sweep whose thrust differs from that of the first one at every code.
 
-    `later` is by how much, a share. What a falling sweep comes back to is hysteresis, and not in it.
+    `later` is by how much, a share; without what a falling sweep comes back to: hysteresis.
     """
     middle = float(np.median(later)) if len(later) >= _LEAST_CODES else 0.0
     if abs(middle) < _DIFFERS or min(np.sign(middle) * np.array(later)) <= 0.0:

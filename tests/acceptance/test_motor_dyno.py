@@ -123,7 +123,7 @@ def test_results_beside_the_measurement_count_once(folder: Path) -> None:
     plain = vehicle_of(folder).model_copy(update={"columns": Columns()})
     record = read(folder, plain, WORKBOOK)
     assert {p.source.sheet for p in record.points if not p.marks} == {"input"}
-    assert said(record, "once more, rounded or without signs").place.sheet == "Output"
+    assert said(record, "again as in motor_dyno").place.sheet == "Output"
     assert said(record, "the sheet was not read").place.sheet == "Torque Constant"
 
 

@@ -35,11 +35,11 @@ def test_a_copied_sheet_counts_once(tmp_path: Path) -> None:
     path = write_workbook(tmp_path / "a.xlsx", {"A": MOORING, "A (2)": MOORING})
     record = read_mooring_tables([path], vehicle(), tmp_path)
     assert (len(record.points), fitted(record)) == (16, 7)
-    assert told(record, 'stand in a.xlsx, sheet "A"') == ["warning"]
+    assert told(record, 'again as in a.xlsx, sheet "A"') == ["warning"]
     path = write_workbook(tmp_path / "b.xlsx", {"A": OPEN_WATER, "A (2)": OPEN_WATER})
     water = read_open_water([path], vehicle(), tmp_path)
     assert (len(water.points), fitted(water)) == (14, 7)
-    assert told(water, "with the same numbers") == ["warning"]
+    assert told(water, "rows again as in") == ["warning"]
 
 
 def test_a_table_as_workbook_and_as_text_counts_once(tmp_path: Path) -> None:

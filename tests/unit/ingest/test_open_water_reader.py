@@ -289,7 +289,7 @@ def test_duplicates_and_impossible_advance_ratios_are_marked(tmp_path: Path) -> 
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", rows))
     assert record.points[-2].marks == ("duplicate",)
     assert record.points[-1].marks == ("advance ratio beyond any propeller",)
-    assert len(of_severity(record, "warning")) == 2
+    assert len(of_severity(record, "warning")) == 1
 
 
 # --- bad files -----------------------------------------------------------------------------------
@@ -313,12 +313,12 @@ def test_bad_files_do_not_stop_the_others(tmp_path: Path) -> None:
     copy.write_bytes(good.read_bytes())
     other = text(tmp_path / "other.csv", [("C", "s_J", "t_PD"), (1, 2, 3)])
     record = read(make_vehicle(), bad, other, good, copy)
-    assert [point.source.file for point in record.points] == ["good.xlsx"] * len(J)
+    assert len([point for point in record.points if not point.marks]) == len(J)
     assert [problem.place.file for problem in of_severity(record, "error")] == [
         "bad.xlsx",
         "other.csv",
     ]
-    assert "the same content as good.xlsx" in one(of_severity(record, "warning"))
+    assert "again as in" in one(of_severity(record, "warning"))
     assert OpenWaterRecord.model_validate_json(record.model_dump_json()) == record
 
 

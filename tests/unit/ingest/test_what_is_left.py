@@ -159,30 +159,6 @@ def test_a_missing_unit_is_asked_for_by_a_fitting_example(
     assert [f"e.g. {example}," in problem.expected for problem in said] == [True]
 
 
-@pytest.mark.parametrize(
-    ("header", "noted"),
-    [
-        ("Power, W", True),
-        ("Мощность, Вт", True),
-        ("P, W", True),
-        ("Output power, W", False),
-        ("Power factor", False),
-        ("Power supply", False),
-        ("Temperature, C", False),
-    ],
-)
-def test_a_power_that_is_neither_input_nor_output_is_mentioned(
-    tmp_path: Path, header: str, noted: bool
-) -> None:
-    rows = [f"{code};{n};{m};5" for code in (60, 90) for n, m in sweep(code)]
-    text = "\n".join([f"{HEADERS['load_test']};{header}", *rows])
-    record = read(tmp_path, "load_test", drive=text)
-    said = [problem for problem in record.problems if "neither input nor output" in problem.what]
-    assert [(problem.severity, header in problem.what) for problem in said] == (
-        [("note", True)] if noted else []
-    )
-
-
 def test_a_tare_of_nothing_has_no_sign(tmp_path: Path) -> None:
     rows = [
         "0;0",
