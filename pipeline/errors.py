@@ -3,6 +3,10 @@
 Every problem names the place (file, sheet, row, column), what is wrong, what was expected and what
 to do. A problem that stops the work on a file is raised as `InputError`; one that does not is
 collected as a `Problem` in the record of that file and shown by ``rig2sea check`` and the report.
+
+What is asked for may end in one of three ways, and a docstring speaks of it only where there is
+more to say: `plan.UsageError` where what a person named is not there, `InputError` where a file or
+a place cannot be used, `CannotComputeError` where the files are good and no result follows.
 """
 
 import errno

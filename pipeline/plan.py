@@ -279,13 +279,7 @@ def is_vehicle_name(text: str) -> bool:
 
 
 def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
-    """Return the vehicle of a folder.
-
-    Raises
-    ------
-    InputError
-        When the folder's name cannot be a vehicle's name.
-    """
+    """Return the vehicle of a folder."""
     name = _absolute(folder).name
     if not is_vehicle_name(name):
         raise InputError.at(
@@ -310,11 +304,6 @@ def choose(
     """Return the vehicles that the user asked for; all under `raw` when nothing was asked.
 
     Each is a name under the raw folder, or a path to a folder that holds ``vehicle.yaml``.
-
-    Raises
-    ------
-    UsageError
-        When one does not exist, or two have the same name.
     """
     known, problems = discover(raw, out)
     if not wanted:

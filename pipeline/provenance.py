@@ -62,11 +62,6 @@ def code_digest(*modules: str) -> str:
     that writes in the reader's language (a page) has another digest in each language.
     Imports are found by their text, which takes milliseconds; an import that stands in a comment
     or a string can only add a file too many, which costs a re-run and never a stale result.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        When a module is not part of the package.
     """
     for name in modules:
         if _module_file(name) is None:
@@ -165,13 +160,7 @@ def _installed_version(package: str) -> str:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file so that readers see the old one or the whole new one; text as UTF-8.
-
-    Raises
-    ------
-    InputError
-        When the place cannot be written.
-    """
+    """Write a file so that readers see the old one or the whole new one; text as UTF-8."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor, temporary = tempfile.mkstemp(
@@ -263,10 +252,7 @@ def write_envelope(path: Path, envelope: Envelope[Any]) -> None:
 def read_raw_envelope(path: Path, kind: str) -> dict[str, Any]:
     """Read a processed file as plain JSON after checking its schema and its digest.
 
-    Raises
-    ------
-    InputError
-        When the file is absent, half-written, edited by hand, or something else.
+    Raises `InputError` when the file is absent, half-written, edited by hand, or something else.
     """
     place = Place(str(path))
     remedy = "Delete it and run again: rig2sea run"
@@ -295,13 +281,7 @@ def read_raw_envelope(path: Path, kind: str) -> dict[str, Any]:
 
 
 def read_envelope(path: Path, kind: str, model: type[R]) -> Envelope[R]:
-    """Read and check a processed file of a kind, which is the stage's name: ``"drive"``.
-
-    Raises
-    ------
-    InputError
-        When the file is absent, half-written, edited by hand, of another schema or not valid.
-    """
+    """Read and check a processed file of a kind, which is the stage's name: ``"drive"``."""
     from pydantic import ValidationError
 
     body = read_raw_envelope(path, kind)
@@ -346,10 +326,7 @@ def tables_text(body: Mapping[str, Any], *, inputs: Mapping[str, str], code: str
 def read_tables(path: Path) -> dict[str, Any]:
     """Read ``tables.json`` after checking its digest; the tables stay plain JSON.
 
-    Raises
-    ------
-    InputError
-        When the file is absent, half-written, edited by hand, or something else.
+    Raises `InputError` when the file is absent, half-written, edited by hand, or something else.
     """
     fault = "is not a whole tables.json."
     try:

@@ -38,13 +38,7 @@ def wanted(environment: Mapping[str, str]) -> str:
 
 
 def use(language: str) -> None:
-    """Choose the language of this process.
-
-    Raises
-    ------
-    ValueError
-        When there is no catalogue of it.
-    """
+    """Choose the language of this process."""
     if language not in LANGUAGES:
         raise ValueError(f"no catalogue of the language {language!r}")
     _chosen[0] = language

@@ -42,16 +42,7 @@ def diagnose_table_to_file(request: DiagnosisRequest) -> DiagnosisFiles:
 
 
 def diagnose_table(request: DiagnosisRequest) -> BenchDiagnosisRecord:
-    """Diagnose mooring tables; several are taken together as one test of one thruster.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle or file that is not there.
-    InputError, CannotComputeError
-        For a table that cannot be read, is of another thruster, has too few codes or one sign
-        only; for a vehicle without thruster model. One message says why.
-    """
+    """Diagnose mooring tables; several are taken together as one test of one thruster."""
     if request.healthy:
         raise UsageError(
             "--healthy takes pool runs; for mooring tables put a healthy one into mooring/ of the "

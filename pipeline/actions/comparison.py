@@ -36,15 +36,7 @@ _CURVES = {
 def compare(  # noqa: PLR0917 - what the command is given
     a: str, b: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
 ) -> Comparison:
-    """Compare two sides, B against A.
-
-    Raises
-    ------
-    UsageError
-        When one of them is not there.
-    InputError, CannotComputeError
-        When one cannot be read.
-    """
+    """Compare two sides, B against A."""
     first, second = (find_side(text, vehicle, raw, out, tell) for text in (a, b))
     found = Comparison(a=first.side, b=second.side, comparable=True)
     kinds = {"runs": "runs", "bench": "readings of the bench", "vehicle": "a vehicle file"}

@@ -54,15 +54,7 @@ class FoundSide:
 def find_side(
     text: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
 ) -> FoundSide:
-    """Find and read what a text names, of `vehicle` where it does not say of which.
-
-    Raises
-    ------
-    UsageError
-        When there is no such thing, or several.
-    InputError, CannotComputeError
-        When it cannot be read.
-    """
+    """Find and read what a text names, of `vehicle` where it does not say of which."""
     name, _, part = text.partition("@")
     path = Path(name)
     if path.is_file() and path.name != VEHICLE_FILE:

@@ -77,13 +77,7 @@ class AddedMassFound:
 
 
 def design_added_mass(file: Path) -> AddedMassFound:
-    """Read the parts and sum their added masses.
-
-    Raises
-    ------
-    UsageError, InputError, CannotComputeError
-        For a file that is not there or cannot be used, or a shape that no formula holds for.
-    """
+    """Read the parts and sum their added masses."""
     remedy = "`rig2sea design added-mass --example` prints one to start from."
     if not file.exists():
         raise UsageError(f"{file} does not exist.\n{remedy}")
@@ -118,15 +112,7 @@ class DesignRequest:
 
 
 def compute_design(request: DesignRequest) -> Design:
-    """Read the file, find what it names, and compute.
-
-    Raises
-    ------
-    UsageError
-        For a file or vehicle that does not exist.
-    InputError, CannotComputeError
-        For files that cannot be used and wishes that cannot be met, with the limiting figure.
-    """
+    """Read the file, find what it names, and compute."""
     remedy = f"`rig2sea design {request.calculator} --example` prints one to start from."
     path = request.file
     if not path.exists():
@@ -254,13 +240,7 @@ def design_json(request: DesignRequest, found: Design) -> dict[str, object]:
 
 
 def write_design(request: DesignRequest, found: Design, to: Path) -> tuple[Path, Path]:
-    """Write page and JSON, each whole or not at all; returns both paths.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    """
+    """Write page and JSON, each whole or not at all; returns both paths."""
     from pipeline.report.design_page import design_page
     from pipeline.report.html import placed, write_page
 

@@ -65,11 +65,6 @@ class DiagnosisFiles:
 def are_tables(runs: Sequence[str]) -> bool:
     """Tell whether the runs are mooring tables.
 
-    Raises
-    ------
-    UsageError
-        When some are and some are not.
-
     Examples
     --------
     >>> are_tables(["new.xlsx"]), are_tables(["new.tsv"]), are_tables(["surge-steps"])
@@ -92,16 +87,7 @@ _LEAST_SOUND = 2
 def diagnose_to_files(
     request: DiagnosisRequest, tell: Callable[[str], None] = lambda _: None
 ) -> DiagnosisFiles:
-    """Diagnose logs and write what was found; `tell` is told what is done now.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle or run that does not exist.
-    InputError, CannotComputeError
-        For a log that cannot be used, data from which no diagnosis can be made, or a place that
-        cannot be written.
-    """
+    """Diagnose logs and write what was found; `tell` is told what is done now."""
     one = load_simulated(request.vehicle, request.raw, request.out)
     request, noted = _with_sound_runs(request, one)
     runs, holdout, healthy = (

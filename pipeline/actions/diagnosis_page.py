@@ -42,11 +42,6 @@ def write_page(
     ``reports/<vehicle>/diagnoses/``, by its question, and the index leads to it. Its links lead to
     `files`, what else was written; among the reports these are kept beside it: what they lie in
     gets those of the next diagnosis.
-
-    Raises
-    ------
-    InputError
-        If a folder cannot be written to.
     """
     if to is not None:
         page = to / "diagnosis.html"

@@ -112,15 +112,7 @@ def identified_changes(
 
 
 def write_corrected(file: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
-    """Write a corrected vehicle file, not over the engineer's own; None removes an old one.
-
-    Raises
-    ------
-    CannotComputeError
-        When the place is that of the vehicle file.
-    InputError
-        When it cannot be written.
-    """
+    """Write a corrected vehicle file, not over the engineer's own; None removes an old one."""
     if text is None:
         file.unlink(missing_ok=True)  # it would pass for this one's
         return None

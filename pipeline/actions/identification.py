@@ -76,15 +76,7 @@ class IdentificationFiles:
 def identify_runs(
     request: IdentificationRequest, tell: Callable[[str], None] = lambda _: None
 ) -> IdentificationFiles:
-    """Identify a vehicle from logs, and write what was found; `tell` is told what is done now.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle or run that does not exist.
-    InputError, CannotComputeError
-        For a log that cannot be used, runs that tell nothing, or a place that cannot be written.
-    """
+    """Identify a vehicle from logs, and write what was found; `tell` is told what is done now."""
     begin = time.perf_counter()
     one = load_simulated(request.vehicle, request.raw, request.out)
     unknown = [name for name in request.without if name not in QUANTITIES]

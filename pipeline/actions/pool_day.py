@@ -46,15 +46,7 @@ def plan_day(
     out: Path,
     tell: Callable[[str], None],
 ) -> PoolDayFiles:
-    """Plan a day, write its page, logs and codes, and hold the last plan against what was flown.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle that does not exist.
-    InputError, CannotComputeError
-        When it cannot be read or has no sensors, or nothing fits the pool.
-    """
+    """Plan a day, write its page, logs and codes, and hold the last plan against what was flown."""
     one = load_simulated(vehicle, raw, out)
     sensors = one.vehicle.sensors
     if sensors is None:

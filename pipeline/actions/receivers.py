@@ -64,13 +64,7 @@ class ReceiverFile:
 
 
 def export_to_receiver(vehicle: str, form: str, to: Path, raw: Path, out: Path) -> ReceiverFile:
-    """Write a vehicle in the format of a receiver.
-
-    Raises
-    ------
-    UsageError, InputError, CannotComputeError
-        When there is no such vehicle, it cannot be simulated, or the format cannot hold it.
-    """
+    """Write a vehicle in the format of a receiver."""
     one = load_simulated(vehicle, raw, out)
     subject = subject_of(one.vehicle, one.packed)
     exported = FORMATS[form](subject)

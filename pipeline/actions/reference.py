@@ -75,15 +75,7 @@ class ReferenceRequest:
 def make_reference(
     request: ReferenceRequest, tell: Callable[[str], None] = lambda _: None
 ) -> tuple[ReferenceRecord, Path]:
-    """Learn a reference and write it; `tell` is told what is done now.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle or run that does not exist.
-    InputError, CannotComputeError
-        For too few sound runs, a log that cannot be used, or a place that cannot be written.
-    """
+    """Learn a reference and write it; `tell` is told what is done now."""
     one = load_simulated(request.vehicle, request.raw, request.out)
     logs, refused = sound_runs(one)
     if request.runs:

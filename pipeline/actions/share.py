@@ -22,13 +22,7 @@ INSTALL = "python -m pip install 'rig2sea[pdf]'"
 
 
 def find_page(text: str, out: Path) -> Path:
-    """Find a page: a file, or in ``reports/`` of `out` that of VEHICLE, DAY, RUN, or VEHICLE/DAY.
-
-    Raises
-    ------
-    UsageError
-        When there is none, or several.
-    """
+    """Find a page: a file, or in ``reports/`` that of VEHICLE, DAY, RUN, or VEHICLE/DAY."""
     path = Path(text)
     if path.is_file():
         if path.suffix.lower() != _HTML:
@@ -57,15 +51,7 @@ def find_page(text: str, out: Path) -> Path:
 
 
 def share(page: Path, to: Path) -> int:
-    """Write a page as one file; returns its size [bytes].
-
-    Raises
-    ------
-    UsageError
-        For a name that ends in neither .html nor .pdf.
-    InputError, CannotComputeError
-        When a part of the page is missing, the file cannot be written, or PDF is not installed.
-    """
+    """Write a page as one file; returns its size [bytes]."""
     kind = to.suffix.lower()
     if kind not in {_HTML, _PDF}:
         raise UsageError(f"--to {to}: a name that ends in .html or .pdf is expected.")

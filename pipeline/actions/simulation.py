@@ -126,13 +126,6 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
     The effects change the true vehicle; autopilot and allocator believe the vehicle file. A tether
     of the nominal model moves with the vehicle. The same request with the same vehicle file gives
     the same bytes.
-
-    Raises
-    ------
-    UsageError
-        For a vehicle or manoeuvre that does not exist, or a number out of its range.
-    InputError, CannotComputeError
-        For files, effects and vehicles that cannot be used, and an output that cannot be written.
     """
     check_request(request)
     case = _case(request)

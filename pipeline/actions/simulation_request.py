@@ -52,10 +52,8 @@ def replay(
     Thrusters are matched by name; `true` is the parameter vector that is simulated. Returns the
     run, and sentences on what had to be assumed.
 
-    Raises
-    ------
-    CannotComputeError
-        When the log lacks a thruster of the vehicle, or the run is too long.
+    Raises `CannotComputeError` when the log lacks a thruster of the vehicle, or the run is too
+    long.
     """
     missing = [name for name in one.packed.thruster_names if name not in log.names]
     if missing:
@@ -104,10 +102,8 @@ def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> CodeA
     ``general`` is for any arrangement; ``paper`` eq. (6) of Kostenko 2023 with N(T, V);
     ``paper-mooring`` the same with the mooring inverse N(T).
 
-    Raises
-    ------
-    CannotComputeError
-        For eq. (6) without the geometry, or without an inverse from the bench.
+    Raises `CannotComputeError` for eq. (6) without the geometry, or without an inverse from the
+    bench.
     """
     if name == "general":
         return general_allocator(one.packed)
@@ -159,13 +155,7 @@ class SimulationRequest:
 
 
 def check_request(request: SimulationRequest) -> None:
-    """Refuse numbers and names that mean nothing, and a file that is no log or would be lost.
-
-    Raises
-    ------
-    UsageError
-        Naming the option.
-    """
+    """Refuse numbers and names that mean nothing, and a file that is no log or would be lost."""
     if request.to.suffix.lower() != ".mcap":
         raise UsageError(f"--to {request.to}: the name of a log is expected, *.mcap.")
     if not (math.isfinite(request.amplitude) and 0.0 < request.amplitude <= 10.0):
@@ -205,13 +195,7 @@ def check_request(request: SimulationRequest) -> None:
 
 
 def start_time_ns(request: SimulationRequest) -> int:
-    """Return when the log of a manoeuvre begins [ns since 1970]; without a zone it is UTC.
-
-    Raises
-    ------
-    UsageError
-        For a text that is no date, or one that a log cannot hold.
-    """
+    """Return when the log of a manoeuvre begins [ns since 1970]; without a zone it is UTC."""
     if request.start is None:
         return DEFAULT_START_TIME_NS
     try:
@@ -248,13 +232,7 @@ def _check_replay(request: SimulationRequest, log: Path) -> None:
 
 
 def parse_events(request: SimulationRequest) -> list[PayloadEvent]:
-    """Read the events of payload modules, ``MODULE@SECONDS``.
-
-    Raises
-    ------
-    UsageError
-        For a text of another form.
-    """
+    """Read the events of payload modules, ``MODULE@SECONDS``."""
     events = []
     wanted: list[tuple[Action, str]] = [("attach", text) for text in request.attach]
     wanted += [("release", text) for text in request.release]
@@ -270,13 +248,7 @@ def parse_events(request: SimulationRequest) -> list[PayloadEvent]:
 
 
 def parse_winch(request: SimulationRequest) -> list[WinchOrder]:
-    """Read the orders of the winch, ``SPEED@SECONDS``.
-
-    Raises
-    ------
-    UsageError
-        For a text of another form.
-    """
+    """Read the orders of the winch, ``SPEED@SECONDS``."""
     orders = []
     for text in request.winch:
         speed, _, time = text.rpartition("@")

@@ -149,13 +149,7 @@ class FlownCase:
 
 
 def stage_of(subject: BlindSubject, missing: Sequence[str], weather: Weather) -> CaseWorld:
-    """Set up a vehicle with some of its instruments missing.
-
-    Raises
-    ------
-    CannotComputeError
-        When its file has no model or no sensors.
-    """
+    """Set up a vehicle with some of its instruments missing."""
     vehicle = subject.vehicle
     if vehicle.model is None or vehicle.sensors is None:
         raise CannotComputeError(f"{vehicle.name} has no model: or no sensors: section")
@@ -195,10 +189,7 @@ def fly_all(
 ) -> list[FlownCase]:
     """Fly runs of the true vehicle with its faults.
 
-    Raises
-    ------
-    VehicleLost
-        When it does not stay under control.
+    Raises `VehicleLost` when it does not stay under control.
     """
     return [
         fly_one(stage, patient, kind, run=run, duration_s=duration_s, seed=seed)

@@ -119,13 +119,7 @@ class GeneratedCase:
 
 
 def generate(subject: BlindSubject, spec: CaseSpec) -> GeneratedCase:
-    """Make a case of a vehicle, or of a variant of it where the effect needs one.
-
-    Raises
-    ------
-    CannotComputeError
-        When the vehicle has no model or no sensors, or cannot be flown with the fault at any size.
-    """
+    """Make a case of a vehicle, or of a variant of it where the effect needs one."""
     for effect in spec.what:
         subject = variant_for(subject, effect)
     seeds = np.random.SeedSequence(spec.seed).spawn(5)

@@ -80,10 +80,7 @@ def seal(label: CaseLabel, path: Path) -> None:
 def open_label(path: Path, verdict: Path) -> CaseLabel:
     """Open a sealed label, but only after the verdict, its ``diagnosis.json``, is there.
 
-    Raises
-    ------
-    InputError
-        When there is no verdict yet, or the sealed file is not what was written.
+    Raises `InputError` when there is no verdict yet, or the sealed file is not what was written.
     """
     if not verdict.is_file():
         raise InputError.at(

@@ -122,13 +122,7 @@ def trace_of_runs(stage: CaseWorld, well: Craft, flown: Sequence[FlownCase]) -> 
 
 @lru_cache(maxsize=64)
 def healthy_floors(subject: BlindSubject, manoeuvres: str, missing: tuple[str, ...]) -> Floors:
-    """Healthy floor of a vehicle on a set of manoeuvres, from six drawn vehicles.
-
-    Raises
-    ------
-    CannotComputeError
-        When the vehicle has no model or no sensors, or none of the six could be flown.
-    """
+    """Healthy floor of a vehicle on a set of manoeuvres, from six drawn vehicles."""
     stage = stage_of(subject, missing, Weather())
     model = subject.vehicle.model
     if model is None:

@@ -28,11 +28,6 @@ def subject_from(folder: Path, static: StaticCharacteristic | None = None) -> Bl
     """Read the vehicle file of a folder.
 
     A tether of the nominal model is taken out: no simulation of the package has it.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
     """
     file = folder / VEHICLE_FILE if folder.is_dir() else folder
     text = file.read_text(encoding="utf-8")

@@ -63,15 +63,7 @@ def subjects_of(names: tuple[str, ...], raw: Path, out: Path) -> dict[str, Blind
 
 
 def load_subject(text: str, raw: Path, out: Path) -> BlindSubject:
-    """Find a vehicle by name or path and read it, with the bench's family where it needs one.
-
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle.
-    InputError, CannotComputeError
-        When it cannot be read, or its bench results are missing.
-    """
+    """Find a vehicle by name or path and read it, with the bench's family where it needs one."""
     name, file = find_vehicle(text, raw, out)
     model = load_vehicle(file).model
     drives = () if model is None else model.thrusters.values()
@@ -172,11 +164,6 @@ def write_case(case: GeneratedCase, name: str, folder: Path, sealed: Path) -> No
     """Write a case to disk: what an engineer would have, and the sealed label elsewhere.
 
     ``<name>/vehicle.yaml`` and ``<name>/pool/*.mcap`` go to `folder`, ``<name>.json`` to `sealed`.
-
-    Raises
-    ------
-    CannotComputeError
-        If a log cannot be written.
     """
     here, vehicle = folder / name, case.subject.vehicle
     (here / "pool").mkdir(parents=True, exist_ok=True)

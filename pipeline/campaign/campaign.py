@@ -98,11 +98,6 @@ def run_cases(
     `header` is what makes its cases what they are: ``schema``, ``code`` (of the program) and more.
     `run` makes a line of a number (another process must be able to import it), `score` the score of
     the lines of cases that could be made; `said` is told of every case.
-
-    Raises
-    ------
-    InputError
-        When the folder holds a campaign and `resume` is not set, or another campaign.
     """
     file, numbers = request.to / CASES_FILE, request.numbers
     claim_folder(file, {**header, "seed": request.seed}, resume=request.resume)

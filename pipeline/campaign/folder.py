@@ -20,10 +20,8 @@ HEADER_FILE, CASES_FILE = "campaign.json", "cases.jsonl"
 def claim_folder(lines_file: Path, header: Mapping[str, Any], *, resume: bool) -> None:
     """Write what a campaign is, or check that the folder holds this one.
 
-    Raises
-    ------
-    InputError
-        When the folder holds a campaign and `resume` is not set, or another campaign.
+    Raises `InputError` when the folder holds a campaign and `resume` is not set, or another
+    campaign.
     """
     file = lines_file.with_name(HEADER_FILE)
     if lines_file.is_file() and not resume:
@@ -51,13 +49,7 @@ def claim_folder(lines_file: Path, header: Mapping[str, Any], *, resume: bool) -
 
 
 def _read_header(file: Path, schema: str) -> dict[str, Any]:
-    """Read what a campaign is.
-
-    Raises
-    ------
-    InputError
-        When the file is not there or something else.
-    """
+    """Read what a campaign is."""
     fault = "is not the header of a campaign."
     try:
         header = json.loads(file.read_text(encoding="utf-8"))
@@ -99,11 +91,6 @@ def appending(file: Path) -> Iterator[Callable[[dict[str, Any]], None]]:
     """Give a function that appends a line, each written to the end before it returns.
 
     A last line that was cut off is ended first: the next one would be lost with it.
-
-    Raises
-    ------
-    InputError
-        When the place cannot be written.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

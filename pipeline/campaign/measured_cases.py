@@ -75,10 +75,7 @@ class MeasuredCase:
 def measured_case(number: int, seed: int, subjects: Sequence[MeasuredSubject]) -> MeasuredCase:
     """Draw a case and put its effect into its runs.
 
-    Raises
-    ------
-    CannotComputeError
-        When no effect that was drawn shows in these runs.
+    Raises `CannotComputeError` when no effect that was drawn shows in these runs.
     """
     generator = np.random.default_rng([seed, number])
     subject = subjects[number % len(subjects)]

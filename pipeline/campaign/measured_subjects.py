@@ -37,13 +37,7 @@ class MeasuredSubject:
 
 
 def load_subjects(data: Path, cache: Path) -> list[MeasuredSubject]:
-    """Read every measured vehicle of a folder; logs made of other files go to `cache`.
-
-    Raises
-    ------
-    InputError
-        When there is none, or one cannot be read.
-    """
+    """Read every measured vehicle of a folder; logs made of other files go to `cache`."""
     folders = sorted(one for one in data.iterdir() if one.is_dir()) if data.is_dir() else []
     found = [
         load_subject(folder, cache)
@@ -62,13 +56,7 @@ def load_subjects(data: Path, cache: Path) -> list[MeasuredSubject]:
 
 
 def load_subject(folder: Path, cache: Path) -> MeasuredSubject:
-    """Read a measured vehicle and its runs.
-
-    Raises
-    ------
-    InputError, CannotComputeError
-        When the vehicle or a run cannot be read.
-    """
+    """Read a measured vehicle and its runs."""
     name, vehicle = PUBLIC.get(folder.name, (folder.name, ""))
     stated = _with_package(vehicle) if vehicle else folder
     one = load_simulated(str(stated), Path("raw"), Path())

@@ -68,11 +68,6 @@ def check_paths(
 
     They are raw files, folders of them, vehicle folders, or names of vehicles under `raw`, read by
     `vehicle_file` or the one in the vehicle's folder. `tell` is told each before it is read.
-
-    Raises
-    ------
-    UsageError
-        When a path does not exist, or is empty.
     """
     findings = Findings()
     reader = _Reader(findings, vehicle_file, tell, raw)

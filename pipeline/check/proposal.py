@@ -53,11 +53,6 @@ def proposals(findings: Findings, vehicle_file: Path | None = None) -> list[Prop
     """Put what was understood of all files into the text of their vehicle files, or `vehicle_file`.
 
     Returns a proposal for each that changes; what it states already stays as it is.
-
-    Raises
-    ------
-    CannotComputeError
-        When a file cannot be written to, or would not be read any more.
     """
     by_file: dict[Path, dict[str, list[FileFinding]]] = {}
     for file in findings.files:
@@ -76,10 +71,7 @@ def proposals(findings: Findings, vehicle_file: Path | None = None) -> list[Prop
 def write(proposal: Proposal) -> None:
     """Replace a vehicle file by its new text, whole or not at all.
 
-    Raises
-    ------
-    CannotComputeError
-        When the file has changed since, or the new text is no vehicle file.
+    Raises `CannotComputeError` when the file has changed since, or the new text is no vehicle file.
     """
     path = proposal.file
     if path.read_text(encoding="utf-8") != proposal.before:

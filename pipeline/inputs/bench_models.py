@@ -34,11 +34,6 @@ def bench_model(
 
     With `measured_at_rest` what was measured at rest is the truth there for every thruster of the
     tables.
-
-    Raises
-    ------
-    CannotComputeError
-        When a result that is needed is missing.
     """
     used: dict[str, list[ThrusterModel]] = {}
     for one in vehicle.thrusters:
@@ -84,13 +79,7 @@ def _of_type(
 
 
 def measured(inverse: InverseCharacteristic) -> ThrustFamily:
-    """Return the family in which a mooring test has a part.
-
-    Raises
-    ------
-    CannotComputeError
-        When nothing was measured at rest.
-    """
+    """Return the family in which a mooring test has a part."""
     family = inverse.family
     if family is None or "measured" not in {family.positive.basis, family.negative.basis}:
         raise CannotComputeError(

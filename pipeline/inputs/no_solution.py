@@ -17,11 +17,6 @@ def with_reason(what: str) -> Iterator[None]:
 
     `what` is computed, for the sentence. A file that does not fit its schema is another matter: the
     readers of files say so themselves.
-
-    Raises
-    ------
-    CannotComputeError
-        In their place.
     """
     try:
         yield

@@ -25,13 +25,7 @@ SHORTEST_S = 4.0
 
 
 def find_logs(texts: Sequence[str], one: SimulatedVehicle) -> list[Path]:
-    """Find the logs of runs: names under the vehicle's ``pool/``, files, or folders of files.
-
-    Raises
-    ------
-    UsageError
-        For a run that is not there, or one that is named twice.
-    """
+    """Find the logs of runs: names under the vehicle's ``pool/``, files, or folders of files."""
     found: list[Path] = []
     for text in texts:
         found += _logs(text, one.file.parent / "pool", one.name)
@@ -74,11 +68,8 @@ def read_run(
 
     With what the notes of the run and the vehicle file's tether say of it (`with_known`).
 
-    Raises
-    ------
-    InputError
-        For a log that is none, is of another vehicle, too short, without commands, or without any
-        measurement that a fit can use.
+    Raises `InputError` for a log that is none, is of another vehicle, too short, without commands,
+    or without any measurement that a fit can use.
     """
     run = read_pool_run(path, one.vehicle, raw.resolve())
     place = Place(run.file)

@@ -47,13 +47,9 @@ def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
     `text` is a name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled
     name; `out` holds ``processed/``.
 
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle.
-    InputError, CannotComputeError
-        When it cannot be read, has no model, its bench results are missing, or one of its
-        thrusters pushes against what the allocator takes it for.
+    Raises `UsageError` when there is no such vehicle; `InputError, CannotComputeError` when it
+    cannot be read, has no model, its bench results are missing, or one of its thrusters pushes
+    against what the allocator takes it for.
     """
     name, file = find_vehicle(text, raw, out)
     vehicle = load_vehicle(file)
@@ -71,13 +67,7 @@ def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
 
 
 def load_packed(file: Path, name: str, out: Path) -> PackedVehicle:
-    """Pack another file of a vehicle, one with identified values, with the vehicle's bench results.
-
-    Raises
-    ------
-    InputError, CannotComputeError
-        When it cannot be read, has no model, or bench results are missing.
-    """
+    """Pack another file of a vehicle (with identified values) with the vehicle's bench results."""
     vehicle = load_vehicle(file)
     return pack_vehicle(vehicle, _bench(vehicle, name, file, out)[0])
 
@@ -104,13 +94,7 @@ def _bench(
 
 
 def load_inverse(name: str, out: Path) -> InverseCharacteristic:
-    """Read an inverse characteristic, which the allocator uses; `name` as `typed_name` has it.
-
-    Raises
-    ------
-    CannotComputeError
-        When the bench gave none.
-    """
+    """Read an inverse characteristic, which the allocator uses; `name` as `typed_name` has it."""
     record, _ = bench_result(name, out, "inverse", InverseCharacteristic)
     return record
 
@@ -121,13 +105,7 @@ def load_inverses(vehicle: Vehicle, name: str, out: Path) -> dict[str, InverseCh
 
 
 def bench_result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:
-    """Read a stage's record and the digests of what it was made from.
-
-    Raises
-    ------
-    CannotComputeError
-        When it is not there, or the bench gave none.
-    """
+    """Read a stage's record and the digests of what it was made from."""
     record, inputs, why_not = result_of(name, out, stage, kind)
     if record is None:
         raise CannotComputeError(
@@ -144,10 +122,7 @@ def with_known(table: RunTable, notes: RunNotes | None, one: SimulatedVehicle) -
     nominal model, as the force with which it acted along the measured motion. `known.notes` say
     what could not be taken.
 
-    Raises
-    ------
-    CannotComputeError
-        For notes that do not fit the vehicle.
+    Raises `CannotComputeError` for notes that do not fit the vehicle.
     """
     setup = run_setup(one.vehicle, model_of(one.vehicle), notes)
     setup.checked(one.packed.vector)

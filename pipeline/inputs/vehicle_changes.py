@@ -17,13 +17,7 @@ from pipeline.records.base import AppliedChange
 
 
 def changes_of(file: Path) -> tuple[AppliedChange, ...]:
-    """Read the list of changes of a vehicle file, in order; undone ones too.
-
-    Raises
-    ------
-    InputError
-        For an entry that cannot be read.
-    """
+    """Read the list of changes of a vehicle file, in order; undone ones too."""
     found = []
     for path in file.parent.glob(f"{file.name}.*.json"):
         try:
@@ -67,10 +61,8 @@ def _write_entry(file: Path, entry: AppliedChange) -> None:
 def undo_last(file: Path) -> AppliedChange:
     """Give the vehicle file the bytes that it had before the last change that holds.
 
-    Raises
-    ------
-    CannotComputeError
-        When there is none, its former bytes are gone, or the file was edited since.
+    Raises `CannotComputeError` when there is none, its former bytes are gone, or the file was
+    edited since.
     """
     held = [one for one in changes_of(file) if not one.undone_utc]
     if not held:

@@ -17,13 +17,6 @@ def find_vehicle(text: str, raw: Path, out: Path) -> tuple[str, Path]:
 
     A vehicle is called what its folder is called. Where a path leads to one of another kind of name
     ("001"), it is called what its file says: no result is filed under the folder's name here.
-
-    Raises
-    ------
-    UsageError
-        When there is none.
-    InputError
-        When the folder's name cannot be that of a vehicle, or its file cannot be read.
     """
     try:
         chosen, refused = choose((text,), raw, out)
@@ -58,11 +51,6 @@ def result_of(
 
     `name` is the vehicle, or a type of thruster as `typed_name` has it; `out` the folder that holds
     ``processed/``.
-
-    Raises
-    ------
-    InputError
-        When the file is broken, edited or something else.
     """
     path = out / processed_file(name, stage)
     if not path.is_file():

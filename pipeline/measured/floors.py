@@ -53,13 +53,7 @@ class HealthyScatter:
 def healthy_scatter(
     packed: PackedVehicle, runs: Sequence[RunTable], sensors: Sensors | None = None
 ) -> HealthyScatter:
-    """Predict each healthy run from the others.
-
-    Raises
-    ------
-    CannotComputeError
-        For fewer than two runs.
-    """
+    """Predict each healthy run from the others."""
     if len(runs) < 2:
         raise CannotComputeError(
             f"{len(runs)} healthy run was given: what runs differ by takes two at least."

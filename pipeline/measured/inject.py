@@ -86,11 +86,8 @@ def injected(
     motion : MeasuredMotion, optional
         Of the same run, where it is known already.
 
-    Raises
-    ------
-    CannotComputeError
-        For an effect of the readings, one that does nothing in this run, or one whose force depends
-        on a velocity that was not measured.
+    Raises `CannotComputeError` for an effect of the readings, one that does nothing in this run, or
+    one whose force depends on a velocity that was not measured.
     """
     named = ", ".join(sorted({one.id for one in specs}))
     wrong = sorted({one.id for one in specs} & READINGS)
@@ -257,10 +254,7 @@ def commanded_without_effect(
     seed : int
         Of the levels: every 2 s another, from -share to share.
 
-    Raises
-    ------
-    CannotComputeError
-        When the thruster did not stand still.
+    Raises `CannotComputeError` when the thruster did not stand still.
     """
     column = packed.thruster_names.index(thruster)
     codes = np.nan_to_num(np.array(run.values["command"], float))

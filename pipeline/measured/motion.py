@@ -62,10 +62,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     sensors : Sensors, optional
         Where the DVL and the depth sensor sit.
 
-    Raises
-    ------
-    CannotComputeError
-        Without rates of turn or attitude.
+    Raises `CannotComputeError` without rates of turn or attitude.
     """
     rates, attitude = channel_of(run, "angular_velocity"), channel_of(run, "attitude")
     if rates is None or attitude is None:

@@ -58,13 +58,7 @@ def _of_run(job: Job) -> RunDiagnosis | tuple[RunDiagnosis, str]:
 
 
 def to_diagnose(job: Job) -> "SimulatedVehicle":
-    """Load the vehicle.
-
-    Raises
-    ------
-    CannotComputeError
-        Where it has no model, or its file asks for no diagnosis.
-    """
+    """Load the vehicle."""
     vehicle = job.vehicle()
     if not vehicle.diagnose:
         raise CannotComputeError(SWITCHED_OFF)
@@ -116,13 +110,7 @@ def diagnosed(
     healthy: tuple[RunTable, ...],
     each_s: float = BUDGET_S,
 ) -> tuple[DiagnosisRecord, tuple[tuple[float, float], ...]]:
-    """Diagnose the beginnings of runs, so many seconds of each; return what was taken too.
-
-    Raises
-    ------
-    CannotComputeError
-        Where no diagnosis can be given; the text says why.
-    """
+    """Diagnose the beginnings of runs, so many seconds of each; return what was taken too."""
     from pipeline.diagnose.case import Case
     from pipeline.diagnose.engine import diagnose_fully
 

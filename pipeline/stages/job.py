@@ -73,10 +73,7 @@ class Job:
     def measured(self, read: Callable[[Sequence[Path], Vehicle, Path], RawRecord]) -> RawRecord:
         """Read the raw files of this stage's kind; the record names those that were refused.
 
-        Raises
-        ------
-        NotMeasuredError
-            When there are none, not even one that was not read for its name.
+        Raises `NotMeasuredError` when there are none, not even one that was not read for its name.
         """
         room = self.vehicle_file.parent / self.stage / self.folder.thruster_type
         files = tuple(path for path in self.inputs if path.parent == room)
@@ -112,10 +109,7 @@ class Job:
     def needed(self, kind: str, model: type[R]) -> R:
         """Return the record of an earlier stage.
 
-        Raises
-        ------
-        NotMeasuredError
-            When it left none; the text passes its reason on.
+        Raises `NotMeasuredError` when it left none; the text passes its reason on.
         """
         return self._whole(kind, self.envelope(kind, model))
 
@@ -142,13 +136,7 @@ class Job:
         return envelope.record
 
     def tables(self) -> dict[str, Any]:
-        """Read ``tables.json``.
-
-        Raises
-        ------
-        InputError
-            When it is absent, half-written or edited.
-        """
+        """Read ``tables.json``."""
         return read_tables(self._result("tables.json"))
 
     def input_digests(self) -> dict[str, str]:
@@ -177,10 +165,7 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     `failure_is_error`: inputs that are complete and give no result contradict each other, and the
     run ends with exit code 1.
 
-    Raises
-    ------
-    Rig2SeaError
-        When the disk is full, broken or read-only: that is no result.
+    Raises `Rig2SeaError` when the disk is full, broken or read-only: that is no result.
     """
     record: Record | None = None
     why_not: str | None = None

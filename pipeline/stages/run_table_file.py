@@ -42,13 +42,7 @@ _BROKEN = (
 
 
 def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
-    """Write evenly spaced tables under names into ``*.npz``, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        When the place cannot be written.
-    """
+    """Write evenly spaced tables under names into ``*.npz``, whole or not at all."""
     arrays: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]] = {}
     heads: dict[str, object] = {}
     for name, table in tables.items():
@@ -93,13 +87,7 @@ def _stored(values: FloatArray) -> FloatArray | npt.NDArray[np.float32]:
 
 
 def read_tables(path: Path) -> dict[str, RunTable]:
-    """Read what `write_tables` wrote.
-
-    Raises
-    ------
-    InputError
-        When the file is absent, half-written or something else.
-    """
+    """Read what `write_tables` wrote."""
     try:
         with zipfile.ZipFile(path) as archive:
             about = _about(archive)

@@ -91,13 +91,6 @@ def propose(vehicle: str, source: str, raw: Path, out: Path) -> ChangeProposal:
 
     `vehicle` is a name under the raw folder, or a path; `source` is "diagnosis" or "identification"
     (the last one of the vehicle), a file or a folder with one, a trial day, or a pool run.
-
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle or result.
-    InputError, CannotComputeError
-        When the result changes nothing, or started from another file than there is now.
     """
     name, file = _own_file(vehicle, raw, out)
     found = _found(name, file, source, raw, out)

@@ -70,11 +70,6 @@ def find_cell(tables: Mapping[str, Any], words: Sequence[str]) -> Cell:
 
     `words` are one path, or table, coefficient and speed (Tables 2 and 4, in m/s) or number of the
     coefficient (Tables 1 and 3, from 0) in any order.
-
-    Raises
-    ------
-    UsageError
-        When there is no such number; the text says what there is.
     """
     text = " ".join(words)[:200]
     match = _PATH.fullmatch(text)

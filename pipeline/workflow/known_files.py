@@ -50,13 +50,7 @@ class Head:
 
 
 def read_head(path: Path, kind: str) -> Head:
-    """Read what a processed file says of itself.
-
-    Raises
-    ------
-    InputError
-        When it is absent, half-written, edited by hand, or something else.
-    """
+    """Read what a processed file says of itself."""
     if kind == "tables":
         body = {"record": None, "why_not": None, "problems": ()} | read_tables(path)["provenance"]
     else:
@@ -203,10 +197,7 @@ def due_stages(
     anew. `code` gives the digest of the code of a module, which takes its time: kept by who asks
     for many vehicles. `known` has digests from earlier runs.
 
-    Raises
-    ------
-    InputError
-        When a folder stands where a result belongs.
+    Raises `InputError` when a folder stands where a result belongs.
     """
     due: list[str] = []
     known = known or KnownFiles()

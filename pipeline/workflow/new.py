@@ -26,13 +26,6 @@ def write_new_vehicle(
 
     Returns the files written: forms, or with `example` the example vehicle of that name with its
     raw files. `like`: begin with the model, sensors and channels of this bundled vehicle.
-
-    Raises
-    ------
-    UsageError
-        When the name cannot be a vehicle's name, or no example or bundled vehicle has it.
-    InputError
-        When there is something of that name already, or the folder cannot be written.
     """
     if not is_vehicle_name(name):
         shown = printable(name[:80])
@@ -96,15 +89,7 @@ def _file_like(like: str, name: str) -> str:
 
 
 def example_files(name: str) -> dict[str, bytes]:
-    """Return the files of one of the `EXAMPLES`: path within its folder -> contents.
-
-    Raises
-    ------
-    UsageError
-        When there is no example of that name.
-    InputError
-        When the installation lacks it.
-    """
+    """Return the files of one of the `EXAMPLES`: path within its folder -> contents."""
     if name not in EXAMPLES:
         raise UsageError(f'there is no example vehicle "{name}". There is: {", ".join(EXAMPLES)}.')
     package = Path(pipeline.__file__).resolve().parent

@@ -40,13 +40,6 @@ def one_result(request: RunRequest, stage: str, model: type[R], lacks: str) -> O
     """Bring one stage's result up to date and read it; progress goes to standard error.
 
     The request names exactly one vehicle; `lacks` says of it what it is without the result.
-
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle.
-    InputError, CannotComputeError
-        When the vehicle cannot be read, a stage failed or has no data; the text says why.
     """
     result = run(replace(request, only=(stage,)), Progress(sys.stderr))
     for problem in result.refused:
@@ -70,13 +63,6 @@ def export_firmware(request: RunRequest, to: Path) -> tuple[tuple[Path, ...], tu
     Checks of the tables that failed are told on standard error: the files are good to compile, and
     whoever flashes them should know. Returns the files written, and the errors of raw files that
     the tables had to do without. The request names exactly one vehicle.
-
-    Raises
-    ------
-    CannotComputeError
-        When the vehicle's data do not give firmware tables; the text says why.
-    InputError
-        When the folder cannot be written.
     """
     made = one_result(request, "firmware", FirmwareFiles, "has no firmware tables.")
     files = _copied([request.out / file for file in made.record.files], to)

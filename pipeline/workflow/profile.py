@@ -14,11 +14,6 @@ def find_profile(text: str) -> Path:
     """Return the folder of a profile, absolute.
 
     `text` is the name of a shipped one (``"slurm"``), or a path to a folder with ``config.yaml``.
-
-    Raises
-    ------
-    InputError
-        When there is none, its file is not a mapping, or the executor it names is not installed.
     """
     folder = next((path for path in (Path(text), *_shipped(text)) if (path / FILE).is_file()), None)
     if folder is None:

@@ -56,15 +56,9 @@ class RunRequest:
 def run(request: RunRequest, progress: Progress) -> Result:
     """Bring the results of the chosen vehicles up to date; `progress` is told every event.
 
-    Raises
-    ------
-    InputError
-        When nothing can be done at all: no vehicle, an unwritable folder, another run at work, a
-        profile that cannot be used.
-    UsageError
-        When a vehicle that was asked for does not exist.
-    StoppedError
-        When the run was stopped from outside.
+    Raises `InputError` when nothing can be done at all: no vehicle, an unwritable folder, another
+    run at work, a profile that cannot be used; `UsageError` when a vehicle that was asked for does
+    not exist; `StoppedError` when the run was stopped from outside.
     """
     state = request.out / "processed" / ".rig2sea"
     profile = None if request.profile is None else find_profile(request.profile)
@@ -114,15 +108,7 @@ def _tell_of_places(
 
 
 def vehicles_to_run(request: RunRequest) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
-    """Return the vehicles that are asked for, and why others are none.
-
-    Raises
-    ------
-    InputError
-        When the raw folder holds no vehicle at all.
-    UsageError
-        When a vehicle that was asked for does not exist.
-    """
+    """Return the vehicles that are asked for, and why others are none."""
     found, refused = choose(request.vehicles, request.raw, request.out)
     chosen = with_types(found, request.out)
     if not chosen and not refused:

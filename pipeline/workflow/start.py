@@ -41,10 +41,7 @@ def start(
     ``processed/`` and ``reports/``. Without `cores` all are used that this process may use, without
     the folder of a `profile` the jobs are executed here. `progress` is told every event.
 
-    Raises
-    ------
-    StoppedError
-        When the run was stopped from outside; nothing is at work any more then.
+    Raises `StoppedError` when the run was stopped from outside; nothing is at work any more then.
     """
     journal = config.with_name("journal.jsonl")
     log = config.with_name("workflow.log")
@@ -231,10 +228,7 @@ def _last_words(log: Path) -> str:
 def only_run(path: Path) -> Iterator[None]:
     """Hold the lock file while the body runs.
 
-    Raises
-    ------
-    InputError
-        When another run holds it, or the place cannot be written.
+    Raises `InputError` when another run holds it, or the place cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -56,11 +56,6 @@ def with_types(vehicles: Iterable[VehicleFolder], out: Path) -> tuple[VehicleFol
     """Return the vehicles, behind each one its types of thruster that `tables.types` names.
 
     A vehicle file that cannot be read names none here; whoever runs the vehicle says why.
-
-    Raises
-    ------
-    InputError
-        When the results of a type would lie where those of another vehicle do.
     """
     found: list[VehicleFolder] = []
     for one in vehicles:

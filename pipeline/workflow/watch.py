@@ -51,13 +51,7 @@ class Watcher:
     _not_begun: bool = False
 
     def look(self) -> list[str]:
-        """Look once; run what is whole and new. Returns lines to print.
-
-        Raises
-        ------
-        StoppedError
-            When the run was stopped from outside.
-        """
+        """Look once; run what is whole and new. Returns lines to print."""
         try:
             vehicles, problems = choose(self.request.vehicles, self.request.raw, self.request.out)
         except UsageError as error:

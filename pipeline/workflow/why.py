@@ -97,11 +97,6 @@ def lineage(vehicle: VehicleFolder, out: Path, table: str, stage: str) -> Link:
     `stage` computed the table: the other inputs of ``tables.json`` are left out, and of the inverse
     characteristic those that this table is not made of. The vehicle's folder is relative to `out`,
     that of ``processed/``, or absolute.
-
-    Raises
-    ------
-    InputError
-        When a file of the chain is absent, half-written or edited.
     """
     path = out / processed_file(vehicle.name, "tables")
     body = read_tables(path)["provenance"]
@@ -234,13 +229,6 @@ def why_stated(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> Stat
     """Find a number of the vehicle file; None where the words do not begin as one of its paths.
 
     Thrusters may be named in place of their number: ``thrusters.upper.gain_ahead``.
-
-    Raises
-    ------
-    UsageError
-        When there is no such number.
-    InputError
-        When the file or its list of changes cannot be read.
     """
     parts = [part for word in words for part in re.split(r"[.\[\]]+", word) if part]
     if not parts or parts[0] not in _SECTIONS:
@@ -275,15 +263,7 @@ class Why:
 
 
 def why(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> Why:
-    """Find a number of a vehicle's tables and follow it back.
-
-    Raises
-    ------
-    UsageError
-        When there is no such vehicle or number.
-    InputError
-        When there are no tables yet, or a file of the chain is broken.
-    """
+    """Find a number of a vehicle's tables and follow it back."""
     folder = _one(vehicle, raw, out)
     tables = out / processed_file(folder.name, "tables")
     if not tables.exists():

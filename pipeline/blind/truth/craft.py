@@ -88,11 +88,6 @@ def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Cr
     """Build the vehicle exactly as its file states it.
 
     `static` is the bench's family, for thrusters of the kind ``tables``.
-
-    Raises
-    ------
-    CannotComputeError
-        Without a model, or without bench data where they are named.
     """
     model = vehicle.model
     if model is None:

@@ -42,13 +42,7 @@ class DriveLaw:
 def drive_law(
     vehicle: Vehicle, drive: str, propeller: str, static: StaticCharacteristic | None
 ) -> DriveLaw:
-    """Make the law of a drive with its propeller.
-
-    Raises
-    ------
-    CannotComputeError
-        Where the vehicle file points to bench data and there are none.
-    """
+    """Make the law of a drive with its propeller."""
     if vehicle.model is None:
         raise CannotComputeError(f"{vehicle.name} has no model: section, so it cannot be flown")
     stated = vehicle.model.thrusters[drive]

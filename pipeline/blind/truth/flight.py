@@ -101,10 +101,7 @@ def fly_craft(
     starts from the sample `start` (24,), at rest at the origin without it, with `shafts` and
     `ramped` codes (n,), at the time `first_s`, which trouble counts from [s].
 
-    Raises
-    ------
-    CannotComputeError
-        When the motion leaves the finite numbers.
+    Raises `CannotComputeError` when the motion leaves the finite numbers.
     """
     n = len(craft.names)
     asked = wishes if wishes is not None else commands

@@ -21,11 +21,6 @@ def bundled_vehicles() -> tuple[str, ...]:
 def bundled_vehicle(name: str) -> Path:
     """Return the folder of a bundled vehicle, as `pipeline.vehicle.load.load_vehicle` takes it.
 
-    Raises
-    ------
-    InputError
-        If no such vehicle is bundled.
-
     >>> bundled_vehicle("rov8").name
     'rov8'
     """

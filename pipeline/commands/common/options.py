@@ -54,14 +54,7 @@ def several(option: str, metavar: str, meaning: str) -> Callable[[_F], _F]:
 
 
 def keep_raw_apart(parameters: Mapping[str, Any]) -> None:
-    """Refuse to write (``--to``) where raw data lie, whatever command these parameters are of.
-
-    Raises
-    ------
-    UsageError
-        If what is written would lie among raw files: inside of the raw folder, or of a folder of
-        measurements beside a vehicle file that was given by its path.
-    """
+    """Refuse to write (``--to``) where raw data lie, whatever command these parameters are of."""
     from pipeline.plan import POOL, RAW_KINDS, UsageError
 
     raw = parameters.get("raw")
