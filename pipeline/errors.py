@@ -10,9 +10,9 @@ a place cannot be used, `CannotComputeError` where the files are good and no res
 """
 
 import errno
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,16 @@ class Problem:
     what: str
     expected: str = ""
     remedy: str = ""
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> "Problem":
+        """Return a problem that a file keeps."""
+        more = {key: plain.get(key, "") for key in ("expected", "remedy")}
+        return cls(plain["severity"], Place(**plain["place"]), plain["what"], **more)
+
+    def shown_as(self, file: str) -> "Problem":
+        """Return the same problem, of a file that is shown otherwise."""
+        return replace(self, place=replace(self.place, file=file))
 
     def __str__(self) -> str:
         """Return the message a person reads: place and fault, then expectation, then remedy."""

@@ -14,7 +14,6 @@ import hashlib
 import json
 import os
 import re
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
@@ -25,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from pipeline import __version__
 from pipeline.errors import InputError, Place, Problem, writing_remedy
 from pipeline.reader_language import ENGLISH, current
+from pipeline.whole_file import whole_file
 
 if TYPE_CHECKING:
     from pipeline.records.base import Record
@@ -162,23 +162,8 @@ def _installed_version(package: str) -> str:
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write a file so that readers see the old one or the whole new one; text as UTF-8."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = tempfile.mkstemp(
-            dir=path.parent, prefix=f".{path.name[:80]}.", suffix=".part"
-        )
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                file.write(content.encode() if isinstance(content, str) else content)
-                file.flush()
-                os.fsync(file.fileno())
-            # mkstemp makes the file private; results are as readable as any other file
-            umask = os.umask(0)
-            os.umask(umask)
-            Path(temporary).chmod(0o666 & ~umask)
-            Path(temporary).replace(path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with whole_file(path) as file:
+            file.write(content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise unwritable(path, error) from error
 
@@ -244,6 +229,11 @@ def content_digest(value: object) -> str:
     return hashlib.sha256(canonical_json(value).encode()).hexdigest()
 
 
+def write_record(path: Path, record: "Record") -> None:
+    """Write a record by itself as JSON, as `write_atomically`."""
+    write_atomically(path, canonical_json(record.model_dump(mode="json")) + "\n")
+
+
 def write_envelope(path: Path, envelope: Envelope[Any]) -> None:
     """Write a processed file atomically; see `write_atomically` for what it raises."""
     write_atomically(path, envelope.to_json())
@@ -287,10 +277,6 @@ def read_envelope(path: Path, kind: str, model: type[R]) -> Envelope[R]:
     body = read_raw_envelope(path, kind)
     try:
         record = None if body["record"] is None else model.model_validate(body["record"])
-        problems = tuple(
-            Problem(p["severity"], Place(**p["place"]), p["what"], p["expected"], p["remedy"])
-            for p in body["problems"]
-        )
         return Envelope(
             kind=kind,
             vehicle=body["vehicle"],
@@ -298,7 +284,7 @@ def read_envelope(path: Path, kind: str, model: type[R]) -> Envelope[R]:
             code=body["code"],
             record=record,
             why_not=body["why_not"],
-            problems=problems,
+            problems=tuple(map(Problem.of, body["problems"])),
             version=body["version"],
         )
     except (KeyError, TypeError, ValidationError) as error:

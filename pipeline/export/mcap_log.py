@@ -3,7 +3,6 @@
 The same run gives the same bytes: every time in the file comes from the run, none from a clock.
 """
 
-import os
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from pipeline.export.log_topics import (
     topics_of_log,
     topics_of_truth,
 )
+from pipeline.whole_file import whole_file
 
 if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
     from mcap.writer import Writer
@@ -136,17 +136,9 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], None], what: str) -> No
     CannotComputeError
         When it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with temporary.open("wb") as stream:
-                write(stream)
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with whole_file(path) as stream:
+            write(stream)
     except OSError as error:
         raise CannotComputeError(
             f"{path}: {what} cannot be written: {error.strerror or error}.\n"

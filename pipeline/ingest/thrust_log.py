@@ -77,7 +77,7 @@ def read_thrust_log(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet,
     if not sheets:
         raise InputError.at(place, f"no command ever turned {', '.join(wanted)}.")
     faults = (one for one in run.problems if one.severity == "error")
-    said = tuple(replace(one, place=replace(one.place, file=shown_as)) for one in faults)
+    said = tuple(one.shown_as(shown_as) for one in faults)
     return (replace(sheets[0], problems=said), *sheets[1:])
 
 

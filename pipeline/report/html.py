@@ -1,6 +1,5 @@
 """Templates to text to file, and what lies beside the pages: addresses, scripts."""
 
-import contextlib
 import os
 import re
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from markupsafe import Markup, escape
 from pipeline.errors import InputError, Place, writing_remedy
 from pipeline.language import ENGLISH, current, translate
 from pipeline.language.numerals import UNITS
+from pipeline.whole_file import whole_file
 
 # only the symbols of the papers, and not inside a file's name: what is copied must stay right
 _SYMBOL = re.compile(
@@ -65,22 +65,11 @@ def write_page(text: str, path: Path) -> None:
 
 
 def put_in_place(content: bytes, path: Path, said: Callable[[str | None], str]) -> None:
-    """Write beside the target and rename; its folder is made.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to: what `said` makes of the reason.
-    """
-    # stages that run side by side may all write it
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    """Write a file, whole or not at all; `said` makes of the reason what is wrong otherwise."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(content)
-        os.replace(beside, path)  # noqa: PTH105 - atomic by contract
+        with whole_file(path) as stream:
+            stream.write(content)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
         raise InputError.at(
             Place(str(path)),
             said(error.strerror),

@@ -17,7 +17,7 @@ from pipeline.records.fits import (
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.validation import AllocationMap
-from pipeline.stages.job import Job, NotMeasuredError, write_record
+from pipeline.stages.job import Job, NotMeasuredError, leave_record
 from pipeline.tables.build import build_tables
 
 
@@ -25,7 +25,7 @@ def run(job: Job) -> str:
     """Compute what the stage is named after; curves that never meet are an error of the inputs."""
     if job.stage == "tables":
         return _write_tables(job)
-    return write_record(job, lambda: _computed(job), failure_is_error=job.stage == "static")
+    return leave_record(job, lambda: _computed(job), failure_is_error=job.stage == "static")
 
 
 def _computed(job: Job) -> Record:

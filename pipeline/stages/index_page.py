@@ -11,7 +11,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pipeline.errors import InputError
-from pipeline.provenance import canonical_json, read_envelope, write_atomically
+from pipeline.provenance import canonical_json, read_envelope
 from pipeline.records.base import PageFile, Record
 from pipeline.report.html import safe_link
 from pipeline.report.page import write_index
@@ -51,11 +51,6 @@ class Question:
         first = min(Path(file).stem for file in self.runs)
         plain = re.sub(r"[^A-Za-z0-9_-]+", "-", first)[:60].strip("-")
         return f"{plain or 'runs'}-{hashlib.sha256(asked.encode()).hexdigest()[:8]}"
-
-
-def write_receipt(folder: Path, receipt: DiagnosisReceipt) -> None:
-    """Write the receipt beside the page."""
-    write_atomically(folder / RECEIPT, canonical_json(receipt.model_dump(mode="json")) + "\n")
 
 
 def diagnosis_links(reports: Path) -> dict[str, tuple[tuple[str, str], ...]]:

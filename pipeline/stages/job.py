@@ -159,7 +159,7 @@ class Job:
         return path.as_posix()
 
 
-def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:
+def leave_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:
     """Compute a record and write its envelope; without a record, write the reason and return it.
 
     `failure_is_error`: inputs that are complete and give no result contradict each other, and the
@@ -182,7 +182,7 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
             problems = (error.problem,)
         elif failure_is_error and not isinstance(error, NotMeasuredError):
             place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
-            problems = (Problem("error", place, why_not),)
+            problems = (place.error(why_not),)
     made = Envelope[Record](
         job.stage, job.vehicle_name, digests, job.code, record, why_not, problems
     )
@@ -191,7 +191,7 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
 
 
 def leaves_record(compute: Callable[[Job], Record | tuple[Record, str]]) -> Callable[[Job], str]:
-    """Make a stage of what computes its record, or record and what is told; see `write_record`."""
+    """Make a stage of what computes its record, or record and what is told; see `leave_record`."""
 
     @wraps(compute)
     def run(job: Job) -> str:
@@ -204,7 +204,7 @@ def leaves_record(compute: Callable[[Job], Record | tuple[Record, str]]) -> Call
                 found, told = found
             return found
 
-        return write_record(job, record) or told
+        return leave_record(job, record) or told
 
     return run
 

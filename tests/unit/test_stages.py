@@ -11,7 +11,7 @@ from pipeline.provenance import Envelope, file_digest, read_raw_envelope, write_
 from pipeline.records.base import Record
 from pipeline.records.fits import Check, DriveFit
 from pipeline.stages import bench_fits, bench_records
-from pipeline.stages.job import Job, NotMeasuredError, write_record
+from pipeline.stages.job import Job, NotMeasuredError, leave_record
 
 VEHICLE = """\
 name: a
@@ -80,7 +80,7 @@ def test_result_that_does_not_follow_is_recorded_with_its_reason(
     def compute() -> Record:
         raise CannotComputeError("the curves never meet")
 
-    text = write_record(job("static"), compute, failure_is_error=is_error)
+    text = leave_record(job("static"), compute, failure_is_error=is_error)
     assert "the curves never meet" in text
     assert written("static")["record"] is None
     problems = written("static")["problems"]
@@ -93,7 +93,7 @@ def test_refused_file_is_recorded_as_an_error() -> None:
     def compute() -> Record:
         raise InputError.at(Place("a.xlsx", row=3), "is odd.")
 
-    write_record(job("mooring"), compute)
+    leave_record(job("mooring"), compute)
     (problem,) = written("mooring")["problems"]  # type: ignore[misc]
     assert (problem["severity"], problem["place"]["row"]) == ("error", 3)
 
@@ -115,7 +115,7 @@ def test_full_disk_never_becomes_a_result(code: int, *, suppressed: bool) -> Non
             raise refusal from (None if suppressed else error)
 
     with pytest.raises(InputError, match="cannot be written"):
-        write_record(job("static"), compute)
+        leave_record(job("static"), compute)
     assert not Path("processed/a/static.json").exists()
 
 
@@ -125,7 +125,7 @@ def test_fault_of_our_own_is_not_taken_for_missing_data() -> None:
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        write_record(job("static"), compute)
+        leave_record(job("static"), compute)
     assert not Path("processed/a/static.json").exists()
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.records.base import Record
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leave_record
 
 
 class Found(Record):
@@ -35,6 +35,6 @@ def test_a_stage_leaves_the_reason(
     file = tmp_path / "raw/boat/vehicle.yaml"
     file.parent.mkdir(parents=True)
     file.write_text("name: boat\n", encoding="utf-8")
-    said = write_record(Job("static", "boat", "", (file,), out), compute)
+    said = leave_record(Job("static", "boat", "", (file,), out), compute)
     assert told in said
     assert told in out.read_text(encoding="utf-8")
