@@ -83,10 +83,6 @@ class VehicleFolder:
         """How the names of its raw files begin in results: ``raw/<vehicle>/``."""
         return f"raw/{self.name.removesuffix(f'-{self.thruster_type}')}/"
 
-    def digest_names(self, kind: str, base: Path | None = None) -> set[str]:
-        """Return the raw files of one kind as results name them."""
-        return self.names_in_results(self.raw_files(kind, base))
-
     def names_in_results(self, files: Iterable[str]) -> set[str]:
         """Return what results call files, of which some lie in the vehicle's folder."""
         own = f"{self.folder}/"
@@ -112,11 +108,8 @@ class VehicleFolder:
     def misnamed_problems(self, kind: str, shown_as: str) -> tuple[Problem, ...]:
         """Return a problem for each of these files; `shown_as` is their folder in messages."""
         return tuple(
-            Problem(
-                "error",
-                Place(f"{shown_as}/{name}"),
-                MISNAMED,
-                remedy="Rename the file. The others were read.",
+            Place(f"{shown_as}/{name}").error(
+                MISNAMED, remedy="Rename the file. The others were read."
             )
             for name in self.misnamed_files(kind)
         )
@@ -149,7 +142,7 @@ class VehicleFolder:
                 said += [(path.name, what, remedy)] if data else []
         expected = f"raw files in {', '.join(f'{kind}/' for kind in kinds)}."
         return tuple(
-            Problem("warning", Place(f"{self.name}/{printable(name)}"), what, expected, remedy)
+            Place(f"{self.name}/{printable(name)}").warning(what, expected, remedy)
             for name, what, remedy in said
         )
 
@@ -254,9 +247,7 @@ def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Pro
             kinds = [kind for kind in (*RAW_KINDS, POOL) if (folder / kind).is_dir()]
             if kinds:
                 problems.append(
-                    Problem(
-                        "error",
-                        Place(str(folder)),
+                    Place(str(folder)).error(
                         f"has {', '.join(kinds)} but no {VEHICLE_FILE}.",
                         remedy=f"Write {folder / VEHICLE_FILE}; docs/bench_data.md shows one.",
                     )

@@ -48,9 +48,9 @@ def watch(*, every_s: float, settle_s: float, once: bool, **request: Any) -> Non
     """
     from pipeline.workflow.run import RunRequest, vehicles_to_run
     from pipeline.workflow.start import StoppedError
-    from pipeline.workflow.watch import Habits, Watcher
+    from pipeline.workflow.watch import Watcher
 
-    watcher = Watcher(RunRequest(**request), Habits(every_s, settle_s))
+    watcher = Watcher(RunRequest(**request), settle_s)
     try:
         if once:
             vehicles_to_run(watcher.request)

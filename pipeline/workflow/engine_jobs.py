@@ -17,8 +17,9 @@ from pathlib import Path
 
 from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
 from pipeline.provenance import code_digest, write_atomically
-from pipeline.stage_table import STAGES, module_of
+from pipeline.stage_table import module_of
 from pipeline.workflow.engine import FOLDER
+from pipeline.workflow.known_files import stage_inputs
 from pipeline.workflow.pool_plan import MOST_RUNS, PHASES, PoolPlan
 
 #: Stages that pool runs wait for; with all that they need they are a job of their own then.
@@ -131,11 +132,7 @@ def _with_runs(one: Due, plan: PoolPlan, out: Path) -> Iterator[EngineJob]:
 def _vehicle_steps(one: Due, stages: Sequence[str], out: Path) -> Iterator[Step]:
     vehicle, name = one.vehicle, one.vehicle.name
     for stage in stages:
-        inputs = [vehicle.vehicle_file]
-        if stage in RAW_KINDS:
-            inputs += vehicle.raw_files(stage, out)
-        inputs += [processed_file(name, need) for need in STAGES[stage].needs]
-        inputs += [processed_file(t, need) for t in one.types for need in STAGES[stage].of_types]
+        inputs = stage_inputs(vehicle, stage, out, one.types)
         outputs = [processed_file(name, stage)]
         if stage == "vehicle_page":
             inputs += [] if one.plan is None else one.plan.page_receipts()

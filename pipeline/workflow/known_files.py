@@ -5,8 +5,8 @@ stages, runs, days and ``rig2sea why``.
 
 Two hundred logs of a season are gigabytes: a run that has nothing to do must not read them again.
 A file is known by its size, its times (that of the last change of its entry too, which no program
-can set back) and its number on the disk; whatever differs is read anew. The memory is a help only:
-without it, or with a broken one, everything is read.
+can set back) and its number on the disk; whatever differs is read anew. The memory, the only one
+of the workflow, is a help: without it, or with a broken one, everything is read.
 """
 
 import errno
@@ -14,13 +14,19 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError
-from pipeline.plan import MISNAMED, RAW_KINDS, VEHICLE_FILE, VehicleFolder, processed_file
+from pipeline.plan import (
+    MISNAMED,
+    RAW_KINDS,
+    VehicleFolder,
+    is_vehicle_name,
+    processed_file,
+)
 from pipeline.provenance import (
     UNREADABLE,
     code_digest,
@@ -34,7 +40,7 @@ from pipeline.stage_table import STAGES, module_of, stages_of
 
 #: A file that changed less than this ago may change again without a sign. [ns]
 _YOUNG_NS = 100_000_000
-_SCHEMA = "rig2sea/known_files/1"
+_SCHEMA = "rig2sea/known_files/2"
 
 
 @dataclass(frozen=True)
@@ -93,10 +99,16 @@ def misfits(  # noqa: PLR0917 - what a result is compared with
 
 @dataclass
 class KnownFiles:
-    """The memory; `load` and `save` it around a run."""
+    """The memory; `load` and `save` it around a run.
+
+    Beside files it knows the folder that each vehicle was in (`places`), and what the index was
+    made from when all was done last (`settled`).
+    """
 
     digests: dict[str, list[Any]] = field(default_factory=dict)
     heads: dict[str, list[Any]] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)
+    settled: str = ""
     _used: set[str] = field(default_factory=set)
 
     @classmethod
@@ -105,8 +117,13 @@ class KnownFiles:
         try:
             body = json.loads(path.read_text(encoding="utf-8"))
             if body["schema"] == _SCHEMA:
-                return cls(dict(body["digests"]), dict(body["heads"]))
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+                places = {
+                    name: folder
+                    for name, folder in body["places"].items()
+                    if isinstance(folder, str) and is_vehicle_name(name)
+                }
+                return cls(dict(body["digests"]), dict(body["heads"]), places, str(body["settled"]))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             pass
         return cls()
 
@@ -116,6 +133,8 @@ class KnownFiles:
             "schema": _SCHEMA,
             "digests": {key: own for key, own in self.digests.items() if key in self._used},
             "heads": {key: own for key, own in self.heads.items() if key in self._used},
+            "places": self.places,
+            "settled": self.settled,
         }
         write_atomically(path, json.dumps(body))
 
@@ -181,37 +200,65 @@ def _is_settled(mark: list[int]) -> bool:
     return time.time_ns() - max(mark[1], mark[2]) > _YOUNG_NS
 
 
-def due_stages(
+def stage_inputs(
+    vehicle: VehicleFolder, stage: str, out: Path, types: Iterable[str] = ()
+) -> list[str]:
+    """Return the files that a stage of a vehicle reads; `types` are its further thruster types.
+
+    The folder of the vehicle is relative to `out`, that of ``processed/`` and ``reports/``, or
+    absolute; types are named as their results are. Pages of days come on top, for its page.
+    """
+    needs, of_types = STAGES[stage].needs, STAGES[stage].of_types
+    raw = vehicle.raw_files(stage, out) if stage in RAW_KINDS else ()
+    results = [processed_file(vehicle.name, need) for need in needs]
+    results += [processed_file(name, need) for name in types for need in of_types]
+    return [vehicle.vehicle_file, *raw, *results]
+
+
+def due_stages(  # noqa: PLR0917 - what results are compared with
     vehicle: VehicleFolder,
     out: Path,
-    wanted: frozenset[str],
+    wanted: Collection[str],
     code: Callable[[str], str] = code_digest,
+    types: Iterable[str] = (),
+    receipts: Sequence[str] = (),
     *,
     known: KnownFiles | None = None,
     force: bool = False,
 ) -> tuple[str, ...]:
     """Return the stages of a vehicle whose results are missing or do not fit, in order.
 
-    Its folder is relative to `out`, that of ``processed/`` and ``reports/``, or absolute. `wanted`
-    are the stages that are looked at, with all that they need; `force`: all of them are to be made
-    anew. `code` gives the digest of the code of a module, which takes its time: kept by who asks
-    for many vehicles. `known` has digests from earlier runs.
+    `wanted` are the stages that are looked at, with all that they need but for what is removed;
+    `force`: all of them are to be made anew. `code` gives the digest of the code of a module, which
+    takes its time: kept by who asks for many vehicles. `types` are as of `stage_inputs`, `receipts`
+    those of the pages of days. `known` has digests from earlier runs.
 
     Raises `InputError` when a folder stands where a result belongs.
     """
     due: list[str] = []
     known = known or KnownFiles()
-    for stage in stages_of("vehicle"):
-        if stage not in wanted:
-            continue
+    for stage in (one for one in stages_of("vehicle") if one in wanted):
         path = out / processed_file(vehicle.name, stage)
         if path.is_dir():
             raise unwritable(path, IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
+        files = stage_inputs(vehicle, stage, out, types)
+        files += receipts if stage == "vehicle_page" else ()
+        head, names = known.head(path, stage), vehicle.names_in_results(files)
         after = not set(due).isdisjoint(STAGES[stage].needs)
-        of = code(module_of(stage))
-        if force or after or not _is_fresh(path, stage, of, vehicle, out, known):
+        fits = known.fits(head, code(module_of(stage)), vehicle, out, names)
+        if force or after or not fits or _misnamed_differ(head, stage, vehicle, out):
             due.append(stage)
     return tuple(due)
+
+
+def _misnamed_differ(head: Head | None, stage: str, vehicle: VehicleFolder, out: Path) -> bool:
+    """Whether a result names other files that cannot be read for their names than there are."""
+    if stage not in RAW_KINDS or head is None:
+        return False
+    shown = vehicle.digest_prefix.removeprefix("raw/")
+    room = f"{shown}{stage}/{vehicle.thruster_type}/".replace("//", "/")
+    badly = {room + name for name in vehicle.misnamed_files(stage, out)}
+    return badly != {one["place"]["file"] for one in head.problems if one["what"] == MISNAMED}
 
 
 def remove_results(vehicle: VehicleFolder, out: Path, due: Sequence[str]) -> None:
@@ -226,18 +273,3 @@ def remove_results(vehicle: VehicleFolder, out: Path, due: Sequence[str]) -> Non
         shutil.rmtree(left, ignore_errors=True)
     for stage in due:
         (out / processed_file(vehicle.name, stage)).unlink(missing_ok=True)
-
-
-def _is_fresh(  # noqa: PLR0917 - one caller
-    path: Path, stage: str, code: str, vehicle: VehicleFolder, out: Path, known: KnownFiles
-) -> bool:
-    head = known.head(path, stage)
-    expected = None
-    if stage in RAW_KINDS and head is not None:
-        expected = {f"{vehicle.digest_prefix}{VEHICLE_FILE}", *vehicle.digest_names(stage, out)}
-        shown = vehicle.digest_prefix.removeprefix("raw/")
-        room = f"{shown}{stage}/{vehicle.thruster_type}/".replace("//", "/")
-        badly = {room + name for name in vehicle.misnamed_files(stage, out)}
-        if badly != {one["place"]["file"] for one in head.problems if one["what"] == MISNAMED}:
-            return False
-    return known.fits(head, code, vehicle, out, expected)

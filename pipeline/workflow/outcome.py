@@ -1,11 +1,11 @@
 """What a finished run has to say: problems, and what was left out; read from the results."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import InputError, Place, Problem, by_severity
+from pipeline.errors import InputError, Problem, by_severity
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.journal import Event
 from pipeline.plan import (
@@ -90,11 +90,11 @@ def outcome_of(
             body = read_raw_envelope(out / processed_file(vehicle.name, stage), stage)
         except InputError:
             continue  # the stage failed or was not reached; the run has said so
-        problems += problems_of(body["problems"])
+        problems += map(Problem.of, body["problems"])
         if body["record"] is None:
             left_out.append((TITLES[stage], body["why_not"]))
         else:
-            problems += problems_of(body["record"].get("problems", ()))
+            problems += map(Problem.of, body["record"].get("problems", ()))
             checks += _failed_checks(stage, body["record"])
     # what several stages met is said once
     shown = by_severity(dict.fromkeys(with_path(one, vehicle, out) for one in problems))
@@ -112,7 +112,7 @@ def faults_behind(
     checks: list[str] = []
     for name, body in _behind(vehicle, stage, out):
         record = body["record"] or {}
-        found += problems_of([*body["problems"], *record.get("problems", ())])
+        found += map(Problem.of, (*body["problems"], *record.get("problems", ())))
         checks += _failed_checks(name, record)
     errors = (with_path(one, vehicle, out) for one in found if one.severity == "error")
     return tuple(dict.fromkeys(errors)), tuple(checks)
@@ -151,21 +151,7 @@ def with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
     folder, _, rest = problem.place.file.partition("/")
     if not rest or f"raw/{folder}/" != vehicle.digest_prefix:
         return problem
-    return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))
-
-
-def problems_of(items: Iterable[Mapping[str, Any]]) -> list[Problem]:
-    """Turn the problems of a processed file back."""
-    return [
-        Problem(
-            item["severity"],
-            Place(**item["place"]),
-            item["what"],
-            item.get("expected", ""),
-            item.get("remedy", ""),
-        )
-        for item in items
-    ]
+    return problem.shown_as(str(out / vehicle.folder / rest))
 
 
 def _of_pool(vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFiles) -> list[Problem]:
@@ -176,7 +162,7 @@ def _of_pool(vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFile
         for stage in ("pool_run", "run_trial"):
             head = known.head(out / result_file(vehicle.name, stage, run), stage)
             if head is not None:
-                found += [one for one in problems_of(head.problems) if one.severity == "error"]
+                found += [one for one in map(Problem.of, head.problems) if one.severity == "error"]
     return found
 
 

@@ -8,10 +8,9 @@ of a phase in one process, each run with results, message and freshness of its o
 
 from bisect import bisect_left
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from pipeline.errors import InputError
 from pipeline.ingest.mcap_start import day_of
@@ -94,14 +93,14 @@ class PoolPlan:
     """A vehicle's runs and days, and what of each is to be made.
 
     `logs` run -> log; `days` day -> its runs, in order of time; `pending` stage -> runs or days;
-    `contents` run -> digest of its files; `sound` are the runs of the reference that is used.
+    `stale` files are to be removed before the engine starts; `sound` are the runs of the reference
+    that is used.
     """
 
     vehicle: str
     logs: Mapping[str, PoolLog] = field(default_factory=dict)
     days: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     pending: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    contents: Mapping[str, str] = field(default_factory=dict)
     stale: tuple[str, ...] = ()
     batches: tuple[Batch, ...] = ()
     sound: tuple[str, ...] = ()
@@ -110,20 +109,6 @@ class PoolPlan:
     def _dated(self) -> tuple[str, ...]:
         """The days that are known, in order."""
         return tuple(sorted(day for day in self.days if day != UNDATED))
-
-    @property
-    def latest(self) -> str:
-        """The last day that is known."""
-        return self._dated[-1] if self._dated else UNDATED
-
-    def state(self) -> dict[str, Any]:
-        """Return plain values of all that decides what the runs lead to."""
-        return {
-            "logs": {run: [log.path, log.notes] for run, log in self.logs.items()},
-            "days": {day: list(runs) for day, runs in self.days.items()},
-            "contents": dict(self.contents),
-            "sound": list(self.sound),
-        }
 
     def inputs(self, stage: str, item: str, vehicle_file: str) -> list[str]:
         """Return the files that a stage reads for a run or a day."""
@@ -172,7 +157,7 @@ class PoolPlan:
 
     def is_history(self, stage: str, item: str) -> bool:
         """Whether a result is of a past day, and is to stay as it was then."""
-        return STAGES[stage].history and item != self.latest
+        return STAGES[stage].history and item != (self._dated or (UNDATED,))[-1]
 
     def page_receipts(self) -> list[str]:
         """Return the receipts of the days' pages, in order of time."""
@@ -190,17 +175,14 @@ def plan_pool(
 ) -> PoolPlan:
     """Compare the results of a vehicle's runs with what they were made from.
 
-    The `stale` files of the plan are to be removed before the engine starts. `known` has digests
-    from earlier runs, `waiting` names logs that are still being copied. `force`: everything is to
-    be made anew, but the tables of past days: they are history.
+    `known` has digests from earlier runs, `waiting` names logs that are still being copied.
+    `force`: everything is to be made anew, but the tables of past days: they are history.
     """
     found = pool_logs(vehicle, out, waiting)
     logs = {log.run: log for log in found}
-    digests = {run: [known.digest(out / path) for path in log.inputs] for run, log in logs.items()}
     days = by_day({run: day_of(out / log.path) for run, log in logs.items()})
-    contents = {run: "-".join(own)[:160] for run, own in digests.items()}
     sound = sound_of_reference(out / processed_file(vehicle.name, "reference"), logs)
-    plan = PoolPlan(vehicle.name, logs, days, {}, contents, sound=sound)
+    plan = PoolPlan(vehicle.name, logs, days, sound=sound)
     pending: dict[str, tuple[str, ...]] = {}
     gone: set[str] = set()
     for stages, items in ((RUN_STAGES, tuple(logs)), (DAY_STAGES, tuple(days))):
@@ -225,13 +207,11 @@ def plan_pool(
                     gone.update((*plan.outputs(stage, item), *beside))
             if due:
                 pending[stage] = tuple(due)
-    if pending or _page_misses(vehicle, out, plan, known):
-        gone.add(processed_file(vehicle.name, "vehicle_page"))
     stale = sorted(gone | set(_orphans(vehicle.name, out, plan)))
     there = tuple(file for file in stale if (out / file).is_file())
     sizes = {run: log_size(out / log.path) for run, log in logs.items()}
     shared = batches(pending, days, sizes, workers)
-    return PoolPlan(vehicle.name, logs, days, pending, contents, there, shared, sound)
+    return replace(plan, pending=pending, stale=there, batches=shared)
 
 
 def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ...]:
@@ -244,14 +224,6 @@ def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ..
     except (InputError, KeyError, TypeError):
         return ()
     return tuple(name for name in names if name in logs)
-
-
-def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: KnownFiles) -> bool:
-    """Whether the vehicle's page was made with other trial days than there are."""
-    head = known.head(out / processed_file(vehicle.name, "vehicle_page"), "vehicle_page")
-    room = result_file(vehicle.name, "trial_page", "").removesuffix(".json")
-    read = {name for name in (head.inputs if head else ()) if name.startswith(room)}
-    return head is not None and read != set(plan.page_receipts())
 
 
 def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:

@@ -97,9 +97,7 @@ def day_problems(vehicle: str, logs: Iterable[PoolLog], days: Mapping[str, str])
         said, day = dates_in(run_of(PurePath(name))), days.get(log.run, UNDATED)
         if said and day not in {UNDATED, *said}:
             found.append(
-                Problem(
-                    "warning",
-                    Place(f"{vehicle}/{POOL}/{printable(name)}"),
+                Place(f"{vehicle}/{POOL}/{printable(name)}").warning(
                     f"the file's name says {said[0]}, the times in the log say {day}: it is taken "
                     "for a run of that day.",
                     remedy="Rename the file, or set the recorder's clock.",

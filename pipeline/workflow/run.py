@@ -19,15 +19,8 @@ from pipeline.workflow.outcome import Result, new_pages, outcome_of
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.start import forget_engine_state, only_run, start, usable_cores
-from pipeline.workflow.vehicle_places import (
-    forget_gone,
-    index_digest,
-    is_settled,
-    keep,
-    taken_over,
-    with_types,
-)
+from pipeline.workflow.start import only_run, start, usable_cores
+from pipeline.workflow.vehicle_places import forget_gone, index_digest, taken_over, with_types
 
 #: How many processes a cluster is taken to have at work side by side, for the size of batches.
 _WORKERS_ELSEWHERE = 100
@@ -68,20 +61,19 @@ def run(request: RunRequest, progress: Progress) -> Result:
         tops = ("processed",) if request.only else ("processed", "reports")
         for top in tops:
             _writable(request.out / top)
-        _tell_of_places(state, request, chosen, progress)
+        known = KnownFiles.load(state / "known_files.json")
+        _tell_of_places(known.places, request, chosen, progress)
         sound, unsound = _sound(chosen, request.out, tops)
         complete = True
-        known = KnownFiles.load(state / "known_files.json")
         plans: dict[str, PoolPlan] = {}
         if sound:
             due = due_of(sound, request, known)
             plans = {one.vehicle.name: one.plan for one in due if one.plan is not None}
-            job = _Execution(request, due, state, known, profile)
-            job.remember()  # what was read is kept if this run is stopped
-            complete = _bring_up_to_date(job, progress)
+            _remember(known, request)  # what was read is kept if this run is stopped
+            complete = _bring_up_to_date(_Execution(request, due, state, known, profile), progress)
         outcomes = tuple(outcome_of(one, request.out, plans.get(one.name), known) for one in sound)
         if sound:
-            job.remember()
+            _remember(known, request)
         return Result(
             vehicles=tuple(vehicle.name for vehicle in sound),
             refused=refused + unsound,
@@ -94,16 +86,25 @@ def run(request: RunRequest, progress: Progress) -> Result:
         )
 
 
+def _remember(known: KnownFiles, request: RunRequest) -> None:
+    """Keep what was read; a part of the work has looked at a part of the files."""
+    if not request.only:
+        known.save(request.out / "processed" / ".rig2sea" / "known_files.json")
+
+
 def _tell_of_places(
-    state: Path, request: RunRequest, chosen: Sequence[VehicleFolder], progress: Progress
+    places: dict[str, str],
+    request: RunRequest,
+    chosen: Sequence[VehicleFolder],
+    progress: Progress,
 ) -> None:
     """Tell of vehicles that are gone, and of results that a namesake's replace."""
-    for name, other in taken_over(state, request.out, chosen):
+    for name, other in taken_over(places, request.out, chosen):
         progress.say(
             f"{name}: its results here are those of {other}, another vehicle of this name, and are "
             "replaced. Name one of the two folders anew, or another place with --out, to keep both."
         )
-    for name in () if request.only else forget_gone(state, request.out, chosen):
+    for name in () if request.only else forget_gone(places, request.out, chosen):
         progress.say(f"{name}: its raw folder is gone. Its results and pages stay.")
 
 
@@ -136,7 +137,13 @@ def due_of(
     for vehicle in sorted(vehicles, key=lambda one: not one.thruster_type):
         out, plan = request.out, None
         own = of_types if vehicle.thruster_type else wanted
-        stages = due_stages(vehicle, out, own, code, known=known, force=request.force)
+        beside = [
+            one.name
+            for one in (() if vehicle.thruster_type else vehicles)
+            if one.thruster_type and one.folder == vehicle.folder
+        ]
+        ask = partial(due_stages, vehicle, out, known=known, force=request.force)
+        stages = ask(own - {"vehicle_page"}, code, beside)
         remove_results(vehicle, out, stages)
         if not request.only and not vehicle.thruster_type:
             plan = plan_pool(
@@ -149,13 +156,10 @@ def due_of(
             )
             for path in plan.stale:
                 (out / path).unlink(missing_ok=True)
-        if not request.only and "vehicle_page" not in stages and not has_page(vehicle.name, out):
-            stages += ("vehicle_page",)
-        beside = [
-            one.name
-            for one in (() if vehicle.thruster_type else vehicles)
-            if one.thruster_type and one.folder == vehicle.folder
-        ]
+        receipts = () if plan is None else plan.page_receipts()
+        page = ask(own & {"vehicle_page"}, code, beside, receipts)
+        remove_results(vehicle, out, page)
+        stages += page
         found.append(Due(vehicle, stages, plan, tuple(beside)))
     return tuple(found)
 
@@ -215,11 +219,6 @@ class _Execution:
     known: KnownFiles
     profile: Path | None
 
-    def remember(self) -> None:
-        """Keep what was read; a part of the work has looked at a part of the files."""
-        if not self.request.only:
-            self.known.save(self.state / "known_files.json")
-
     @property
     def vehicles(self) -> list[str]:
         """Names of the vehicles."""
@@ -231,20 +230,12 @@ class _Execution:
         return sorted({one.parent.name for one in receipts} - set(self.vehicles))
 
     def run(self, jobs: Sequence[EngineJob], progress: Progress) -> bool:
-        """Run the engine over these jobs; once more where it gives up with no stage to blame."""
+        """Run the engine over these jobs."""
         request, config = self.request, self.state / "config.json"
         told = {"jobs": hand_over(jobs, request.out), "language": current()}
         write_atomically(config, json.dumps(told, indent=1))
         progress.total = sum(len(job.steps) for job in jobs)
-        started = partial(start, config, request.out, request.cores, progress, profile=self.profile)
-        done_all = started()
-        if not done_all and progress.stopped and request.profile is None:
-            # what it remembers is damaged
-            forget_engine_state(request.out)
-            progress.stopped = ""
-            progress.say("The workflow is started once more, over what is there now.")
-            done_all = started()
-        return done_all
+        return start(config, request.out, request.cores, progress, profile=self.profile)
 
     def index_digest(self) -> str:
         """Digest of the index and of all that it was made from."""
@@ -254,19 +245,15 @@ class _Execution:
 def _bring_up_to_date(job: _Execution, progress: Progress) -> bool:
     """Run the engine; after a failure once more, so that the index leads to all that is whole."""
     request, out = job.request, job.request.out
-    memory = job.state / "settled"
     pages = not request.only
     changed = any(one.stages or (one.plan and one.plan.pending) for one in job.due)
-    if not changed and (not pages or is_settled(memory, job.index_digest())):
+    if not changed and (not pages or job.known.settled == job.index_digest()):
         (job.state / "journal.jsonl").unlink(missing_ok=True)
         return True
     others = job.others() if pages else None
     jobs = engine_jobs(job.due, out, workers_of(request), others)
-    if pages:
-        memory.unlink(missing_ok=True)
     if job.run(jobs, progress):
-        if pages:
-            keep(memory, job.index_digest())
+        job.known.settled = job.index_digest() if pages else job.known.settled
         return True
     whole = [name for name in job.vehicles if has_page(name, out)]
     if whole and len(whole) < len(job.due) and pages:

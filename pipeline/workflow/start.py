@@ -1,7 +1,6 @@
 """Start the engine, follow what it does, and end it when the run is stopped."""
 
 import fcntl
-import json
 import os
 import shutil
 import signal
@@ -46,12 +45,12 @@ def start(
     journal = config.with_name("journal.jsonl")
     log = config.with_name("workflow.log")
     journal.unlink(missing_ok=True)
-    mend_engine_state(out)
+    forget_engine_state(out)
     arguments = [
         *("--snakefile", str(snakefile())),
         *("--directory", str(out.absolute())),
         *("--configfile", str(config.absolute())),
-        *("--keep-going", "--rerun-incomplete", "--nolock", "--nocolor"),
+        *("--keep-going", "--nolock", "--nocolor"),
         # not even a profile that lies in the folder under a name that the engine looks for
         *("--workflow-profile", "none"),
     ]
@@ -142,37 +141,16 @@ def _can_be_made(folder: Path) -> bool:
     return os.access(folder, os.W_OK | os.X_OK)
 
 
-def mend_engine_state(out: Path) -> bool:
-    """Remove what the engine remembers of jobs where that cannot be read; say whether it was so.
+def forget_engine_state(out: Path) -> None:
+    """Remove all that the engine remembers but its logs.
 
-    What is to be done anew is told by our own digests, so nothing is lost with it.
+    What is to be done is told by our own digests, and what it remembers may be damaged.
     """
     state = out / ".snakemake"
     if state.exists() and not state.is_dir():
         state.unlink(missing_ok=True)
-        return True
-    broken = []
-    for room in ("metadata", "incomplete"):
-        folder = state / room
-        files = [path for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
-        broken += [path for path in files if not _is_readable(path, empty_is=room == "incomplete")]
-    for path in broken:
-        path.unlink(missing_ok=True)
-    return bool(broken)
-
-
-def forget_engine_state(out: Path) -> None:
-    """Remove all that the engine remembers but its logs."""
     for room in ("metadata", "incomplete", "locks", "auxiliary", "shadow", "scripts", "storage"):
-        shutil.rmtree(out / ".snakemake" / room, ignore_errors=True)
-
-
-def _is_readable(path: Path, *, empty_is: bool) -> bool:
-    try:
-        data = path.read_bytes()
-        return (empty_is and not data) or isinstance(json.loads(data), dict)
-    except (OSError, ValueError, RecursionError):
-        return False
+        shutil.rmtree(state / room, ignore_errors=True)
 
 
 def _follow(engine: "subprocess.Popen[bytes]", reader: Reader, progress: Progress) -> int:

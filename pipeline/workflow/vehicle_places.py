@@ -2,15 +2,12 @@
 
 Its results and pages are nobody's to delete but the user's. What goes is the receipt by which the
 index knows a vehicle; it comes back with the vehicle. A vehicle may be run from any folder, so
-where each was is remembered; two of one name in one place of results are told of.
-
-What the index was made from goes into one digest, kept after an execution that did everything:
-where nothing else is to do either, the engine, which takes seconds to start, is not asked.
+where each was is remembered (`KnownFiles.places`); two of one name in one place of results are
+told of.
 """
 
 import hashlib
-import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from pipeline.errors import InputError, Place
@@ -21,35 +18,22 @@ from pipeline.plan import (
     is_vehicle_name,
     processed_file,
 )
-from pipeline.provenance import code_digest, file_digest, write_atomically
+from pipeline.provenance import code_digest, file_digest
 from pipeline.vehicle.load import load_vehicle
 from pipeline.workflow.engine_jobs import INDEX
-
-_MEMORY = "places.json"
 
 
 def index_digest(vehicles: Sequence[str], others: Sequence[str], out: Path) -> str:
     """Digest of the index and of all that it was made from.
 
-    Of the vehicles of this execution, and of `others` with results from before.
+    Of the vehicles of this execution, and of `others` with results from before. It is kept after
+    an execution that did everything: where nothing else is to do either, the engine, which takes
+    seconds to start, is not asked.
     """
     receipts = [(name, out / processed_file(name, "vehicle_page")) for name in (*vehicles, *others)]
     lines = [code_digest("pipeline.stages.index_page"), file_digest(out / INDEX)]
     lines += [f"{name} {file_digest(path)}" for name, path in receipts]
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
-
-
-def is_settled(memory: Path, digest: str) -> bool:
-    """Whether an execution that did everything left this state."""
-    try:
-        return memory.read_text(encoding="utf-8").strip() == digest
-    except (OSError, ValueError):
-        return False
-
-
-def keep(memory: Path, digest: str) -> None:
-    """Remember the state after an execution that did everything."""
-    write_atomically(memory, f"{digest}\n")
 
 
 def with_types(vehicles: Iterable[VehicleFolder], out: Path) -> tuple[VehicleFolder, ...]:
@@ -84,35 +68,34 @@ def _typed(vehicle: VehicleFolder, thruster_type: str, out: Path) -> VehicleFold
     raise InputError.at(place, what, expected=NAME_EXPECTED, remedy="Name the type otherwise.")
 
 
-def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[str, ...]:
+def forget_gone(
+    places: dict[str, str], out: Path, here: Sequence[VehicleFolder]
+) -> tuple[str, ...]:
     """Remove the receipts of vehicles that are not where they were, and the index that lists them.
 
-    Returns the names of the vehicles that went. `state` is the folder of the workflow's memory; the
-    places of those `here`, in this execution, are kept in mind.
+    Returns the names of the vehicles that went. `places` are the remembered folders of vehicles;
+    those of the vehicles `here`, in this execution, are kept in mind.
     """
-    places = _remembered(state / _MEMORY) | {one.name: one.folder for one in here}
-    there = {name: _is_there(out / folder / VEHICLE_FILE) for name, folder in places.items()}
-    gone = tuple(sorted(name for name, is_there in there.items() if not is_there))
-    kept = {name: folder for name, folder in places.items() if name not in gone}
+    places |= {one.name: one.folder for one in here}
+    gone = tuple(
+        sorted(n for n, folder in places.items() if not _is_there(out / folder / VEHICLE_FILE))
+    )
     for name in gone:
+        del places[name]
         (out / processed_file(name, "vehicle_page")).unlink(missing_ok=True)
     if gone:
-        (out / "reports" / "index.html").unlink(missing_ok=True)
-    text = json.dumps(kept, indent=1, sort_keys=True)
-    if gone or text != _text(state / _MEMORY):
-        write_atomically(state / _MEMORY, text)
+        (out / INDEX).unlink(missing_ok=True)
     return gone
 
 
 def taken_over(
-    state: Path, out: Path, here: Sequence[VehicleFolder]
+    places: Mapping[str, str], out: Path, here: Sequence[VehicleFolder]
 ) -> tuple[tuple[str, str], ...]:
     """Vehicles whose results are those of a namesake in another raw folder, which is still there.
 
     Each with the folder whose results are there. To be asked before `forget_gone`, which remembers
     the new places. A folder that was moved or renamed is no namesake.
     """
-    places = _remembered(state / _MEMORY)
     return tuple(
         (one.name, places[one.name])
         for one in here
@@ -132,25 +115,3 @@ def _is_there(path: Path) -> bool:
     except OSError:
         return True
     return True
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        return ""
-
-
-def _remembered(path: Path) -> dict[str, str]:
-    """Read the memory; without it, or with a broken one, no vehicle is missed."""
-    try:
-        body = json.loads(_text(path) or "{}")
-    except (ValueError, RecursionError):
-        return {}
-    if not isinstance(body, dict):
-        return {}
-    return {
-        name: folder
-        for name, folder in body.items()
-        if isinstance(folder, str) and is_vehicle_name(name)
-    }

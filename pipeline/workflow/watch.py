@@ -25,23 +25,16 @@ UNCLOSED_FACTOR = 10.0
 Mark = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class Habits:
-    """How often is looked, and how long a file must stay as it is to count as whole. [s]."""
-
-    every_s: float = 2.0
-    settle_s: float = 3.0
-
-
 @dataclass
 class Watcher:
     """What was seen of the raw files, and what has been run.
 
-    `now_s` and `do_run` stand apart so that a test needs neither to wait nor to run.
+    A file that stays as it is for `settle_s` [s] counts as whole. `now_s` and `do_run` stand apart
+    so that a test needs neither to wait nor to run.
     """
 
     request: RunRequest
-    habits: Habits = field(default_factory=Habits)
+    settle_s: float = 3.0
     now_s: Callable[[], float] = time.monotonic
     do_run: Callable[[RunRequest, Progress], Result] = run
     _since: dict[Path, tuple[Mark, float]] = field(default_factory=dict)
@@ -131,12 +124,12 @@ class Watcher:
         if known is None:
             return False
         still_s = self.now_s() - known[1]
-        if still_s < self.habits.settle_s:
+        if still_s < self.settle_s:
             return False
         if not is_log_name(path.name) or is_closed(path):
             return True
         # a log that was cut off long ago is waited for no longer: with --once it would be for ever
-        return max(still_s, _age_s(path)) >= UNCLOSED_FACTOR * self.habits.settle_s
+        return max(still_s, _age_s(path)) >= UNCLOSED_FACTOR * self.settle_s
 
     def _must_wait(self, vehicle: VehicleFolder, unsettled: set[Path]) -> bool:
         """Whether the vehicle cannot be run yet: a bench file comes, or a known log comes anew."""

@@ -117,7 +117,7 @@ def _link(
     relative = processed_file(vehicle.name, stage)
     inputs: Mapping[str, str] = body["inputs"]
     code_now, path = code_digest(module_of(stage)), out / relative
-    there = vehicle.digest_names(stage, out)
+    there = vehicle.names_in_results(vehicle.raw_files(stage, out))
     digest = cache(file_digest)
     head = Head(body["code"], dict(inputs), {}, None, ())
     stale = misfits(head, code_now, vehicle, out, digest, there | inputs.keys())

@@ -1,6 +1,5 @@
 """Nothing in the working folder is obeyed; what the engine remembers may be any bytes."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from pipeline.cli import cli
-from pipeline.workflow.start import _environment, forget_engine_state, mend_engine_state, snakefile
+from pipeline.workflow.start import _environment, forget_engine_state, snakefile
 
 
 def test_the_engine_looks_for_nothing_in_the_working_folder(
@@ -54,17 +53,16 @@ def test_the_rules_quote_the_interpreter() -> None:
     assert "PYTHON = shlex.quote(sys.executable)" in snakefile().read_text(encoding="utf-8")
 
 
-def test_what_the_engine_remembers_is_mended(tmp_path: Path) -> None:
-    room = tmp_path / ".snakemake" / "metadata"
-    room.mkdir(parents=True)
-    (room / "good").write_text(json.dumps({"version": 1}))
-    (room / "bytes").write_bytes(b"\xff\x00\x81")
-    (room / "list").write_text("[1]")
-    assert mend_engine_state(tmp_path)
-    assert [path.name for path in room.iterdir()] == ["good"]
-    assert not mend_engine_state(tmp_path)
+def test_what_the_engine_remembers_is_forgotten_but_for_its_logs(tmp_path: Path) -> None:
+    state = tmp_path / ".snakemake"
+    state.write_bytes(b"")
     forget_engine_state(tmp_path)
-    assert not room.exists()
+    assert not state.exists()
+    for room in ("metadata", "incomplete", "log"):
+        (state / room).mkdir(parents=True)
+        (state / room / "bytes").write_bytes(b"\xff\x00\x81")
+    forget_engine_state(tmp_path)
+    assert [path.name for path in state.iterdir()] == ["log"]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.workflow.vehicle_places import index_digest, is_settled, keep
+from pipeline.workflow.known_files import KnownFiles
+from pipeline.workflow.vehicle_places import index_digest
 
 FILES = (
     "processed/boat/vehicle_page.json",
@@ -26,12 +27,12 @@ def state(place: Path, others: tuple[str, ...] = ("ship",)) -> str:
 
 
 def test_same_state_is_settled_and_a_lost_or_broken_memory_is_not(place: Path) -> None:
-    memory = place / "settled"
-    assert not is_settled(memory, state(place))
-    keep(memory, state(place))
-    assert is_settled(memory, state(place))
+    memory = place / "known_files.json"
+    assert KnownFiles.load(memory).settled != state(place)
+    KnownFiles(settled=state(place)).save(memory)
+    assert KnownFiles.load(memory).settled == state(place)
     memory.write_bytes(b"\xff\xfe")
-    assert not is_settled(memory, state(place))
+    assert KnownFiles.load(memory).settled != state(place)
 
 
 @pytest.mark.parametrize("name", FILES)

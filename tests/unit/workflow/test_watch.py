@@ -15,7 +15,7 @@ from pipeline.records.trial import PageReceipt
 from pipeline.workflow.outcome import Outcome, Result, page_lines
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import RunRequest
-from pipeline.workflow.watch import UNCLOSED_FACTOR, Habits, Watcher
+from pipeline.workflow.watch import UNCLOSED_FACTOR, Watcher
 
 SETTLE_S = 3.0
 
@@ -45,7 +45,7 @@ class Scene:
             )
 
         request = RunRequest(vehicles, self.root / "raw", self.root)
-        return Watcher(request, Habits(1.0, SETTLE_S), lambda: self.clock_s, do_run)
+        return Watcher(request, SETTLE_S, lambda: self.clock_s, do_run)
 
     def log(self, name: str) -> Path:
         return self.root / "raw/boat/pool" / name
