@@ -20,11 +20,6 @@ def wanted(environment: Mapping[str, str]) -> str:
 
     `VARIABLE` goes before the locale, of which the first that is set counts, as everywhere.
 
-    Parameters
-    ----------
-    environment : mapping
-        Of the process.
-
     >>> wanted({"LANG": "ru_RU.UTF-8"}), wanted({"LANG": "ru_RU.UTF-8", "LC_ALL": "C"})
     ('ru', 'en')
     >>> wanted({"RIG2SEA_LANGUAGE": "en", "LANG": "ru_RU.UTF-8"}), wanted({"LANG": "de_DE"})

@@ -21,8 +21,15 @@ from pipeline.blind.flying import (
 )
 from pipeline.blind.label import CaseLabel, TrueEffect
 from pipeline.blind.outside import Trouble
-from pipeline.blind.severity import CHANNELS, WINDOW, Floors, gap_ratio, ratios
-from pipeline.blind.sizing import fault_that_shows, healthy_floors, trace_of_runs
+from pipeline.blind.sizing import (
+    CHANNELS,
+    WINDOW,
+    fault_that_shows,
+    gap_ratio,
+    healthy_floors,
+    ratios,
+    trace_of_runs,
+)
 from pipeline.blind.subject import BlindSubject, variant_for
 from pipeline.blind.truth.craft import Craft
 from pipeline.blind.truth.flight import TruthFlight
@@ -40,15 +47,15 @@ _TRIES, _SMALLER = 6, 0.7
 
 
 def regimes_of(
-    trace: FloatArray, floors: Floors, flights: Sequence[TruthFlight], craft: Craft
+    trace: FloatArray, floors: FloatArray, flights: Sequence[TruthFlight], craft: Craft
 ) -> dict[str, float]:
     """Rank correlation (Spearman) of the gap in windows with each of `REGIMES` that varies.
 
     `trace` (windows, k, 12) is what the fault does, flight after flight; `craft` the stated
     vehicle: its walls and largest codes.
     """
-    known = np.isfinite(floors.healthy)
-    gap = np.sqrt((trace[:, :, known] ** 2 / floors.healthy[known] ** 2).mean(axis=(1, 2)))
+    known = np.isfinite(floors)
+    gap = np.sqrt((trace[:, :, known] ** 2 / floors[known] ** 2).mean(axis=(1, 2)))
     rows = [row for flight in flights for row in _rows(flight, craft)]
     table = np.array(rows)
     out = {}
@@ -186,14 +193,12 @@ def _label(
     patient: Patient,
     flown: Sequence[FlownCase],
     *,
-    floors: Floors,
+    floors: FloatArray,
     spec: CaseSpec,
     name: str,
 ) -> CaseLabel:
     floor = {
-        channel: float(floors.healthy[k])
-        for k, channel in enumerate(CHANNELS)
-        if np.isfinite(floors.healthy[k])
+        channel: float(floors[k]) for k, channel in enumerate(CHANNELS) if np.isfinite(floors[k])
     }
     by_channel = dict.fromkeys(floor, 1.0)
     regimes: dict[str, float] = {}

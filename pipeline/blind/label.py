@@ -7,7 +7,6 @@ that was changed is noticed.
 import base64
 import hashlib
 import json
-import os
 import zlib
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from pydantic import Field
 
 from pipeline.errors import InputError, Place
 from pipeline.records.base import Record
+from pipeline.whole_file import whole_file
 
 _MOST_BYTES = 1_000_000
 
@@ -71,10 +71,8 @@ def seal(label: CaseLabel, path: Path) -> None:
         "sha256": hashlib.sha256(content).hexdigest(),
         "sealed": base64.b64encode(zlib.compress(content, 9)).decode(),
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    temporary.write_text(json.dumps(document), encoding="utf-8")
-    temporary.replace(path)
+    with whole_file(path) as stream:
+        stream.write(json.dumps(document).encode())
 
 
 def open_label(path: Path, verdict: Path) -> CaseLabel:

@@ -53,13 +53,12 @@ class Injection:
     """A run whose commands were rewritten.
 
     `effect` (m, 6) is the wrench that the effect takes from the vehicle along the run, about the
-    body origin, `lacking` what of it no codes of these thrusters make up for [N, N m]. `share`
-    is how much of the effect stands in the log, by the accelerations that both mean. [1]
+    body origin [N, N m]. `share` is how much of the effect stands in the log, by the accelerations
+    that both mean: no codes of these thrusters may make up for all of it. [1]
     """
 
     run: RunTable
     effect: FloatArray
-    lacking: FloatArray
     share: float
 
 
@@ -73,18 +72,8 @@ def injected(
 ) -> Injection:
     """Rewrite the commands of a run so that it reads as that of a vehicle with effects.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle by whose characteristics the commands are read.
-    run : RunTable
-        A run of the vehicle as it is.
-    specs : sequence of EffectSpec
-        Effects of the vehicle with their sizes.
-    sensors : Sensors, optional
-        Of the vehicle file.
-    motion : MeasuredMotion, optional
-        Of the same run, where it is known already.
+    `packed` is the vehicle by whose characteristics the commands are read, `motion` that of the
+    run, where it is known already.
 
     Raises `CannotComputeError` for an effect of the readings, one that does nothing in this run, or
     one whose force depends on a velocity that was not measured.
@@ -126,7 +115,7 @@ def injected(
         )
     share = 1.0 - _accelerating(packed, wanted - made) / size
     table = replace(run, values=run.values | {"command": new})
-    return Injection(table, effect, wanted - made, share)
+    return Injection(table, effect, share)
 
 
 def thrust_wrench(packed: PackedVehicle, run: RunTable, motion: MeasuredMotion) -> FloatArray:
@@ -241,18 +230,7 @@ def commanded_without_effect(
 ) -> RunTable:
     """Write commands for a thruster that stood still: in truth they had no effect.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle.
-    run : RunTable
-        A run in which the thruster gave no thrust.
-    thruster : str
-        Its name.
-    share : float
-        Largest command over the drive's range. [1]
-    seed : int
-        Of the levels: every 2 s another, from -share to share.
+    Every 2 s another level is drawn, of at most `share` of the drive's range. [1]
 
     Raises `CannotComputeError` when the thruster did not stand still.
     """

@@ -6,8 +6,7 @@ import pytest
 from pipeline.blind import sizing
 from pipeline.blind.flying import CaseWorld, Fault, Patient, children, fault_of, fly_all, stage_of
 from pipeline.blind.outside import TROUBLES
-from pipeline.blind.severity import gap_ratio, ratios
-from pipeline.blind.sizing import healthy_floors, trace_of_runs
+from pipeline.blind.sizing import gap_ratio, healthy_floors, ratios, trace_of_runs
 from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.sensors import FURTHEST, Weather, drawn, wander

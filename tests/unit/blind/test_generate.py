@@ -8,7 +8,7 @@ import pytest
 from pipeline.blind import generate as generate_module
 from pipeline.blind.flying import CaseWorld, FlownCase, Patient, VehicleLost
 from pipeline.blind.generate import CaseSpec, GeneratedCase, generate
-from pipeline.blind.severity import CHANNELS
+from pipeline.blind.sizing import CHANNELS
 from pipeline.blind.subject import BlindSubject, possible_effects, variant_for
 from pipeline.errors import CannotComputeError
 
