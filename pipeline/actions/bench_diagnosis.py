@@ -13,7 +13,7 @@ from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.inputs.vehicle_place import find_vehicle, result_of
 from pipeline.plan import UsageError, seen_from
-from pipeline.provenance import canonical_json, file_digest, write_atomically
+from pipeline.provenance import file_digest, write_record
 from pipeline.records.diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
@@ -30,7 +30,7 @@ def diagnose_table_to_file(request: DiagnosisRequest) -> DiagnosisFiles:
     record = diagnose_table(request)
     folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
     result = folder / RESULT_FILE
-    write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
+    write_record(result, record)
     _, file = find_vehicle(request.vehicle, request.raw, request.out)
     runs, holdout = (
         tuple(seen_from(_table(one, file.parent, record.vehicle), request.out) for one in texts)

@@ -10,11 +10,12 @@ from pipeline.actions.comparison_sides import FoundSide, find_side, vehicle_diff
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bench_changes import bench_changes
 from pipeline.identify.run_changes import RunChange, changes_between
-from pipeline.provenance import canonical_json, write_atomically
+from pipeline.provenance import write_record
 from pipeline.records.comparison import Comparison, Curve, Difference
 from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
+from pipeline.simulate.pack import PackedVehicle
 from pipeline.vehicle.sensor_schema import Sensors
 
 RESULT, PAGE = "comparison.json", "comparison.html"
@@ -58,7 +59,7 @@ def write_comparison(record: Comparison, to: Path, assets: Path) -> tuple[Path, 
     from pipeline.report.comparison_page import comparison_page
     from pipeline.report.html import placed, write_page
 
-    write_atomically(to / RESULT, canonical_json(record.model_dump(mode="json")) + "\n")
+    write_record(to / RESULT, record)
     page = to / PAGE
     write_page(comparison_page(record, placed(assets, page)), page)
     return to / RESULT, page
@@ -81,11 +82,11 @@ def _finished(record: Comparison, **more: Any) -> Comparison:  # noqa: ANN401 - 
 def _runs(
     record: Comparison, first: FoundSide, second: FoundSide, tell: Callable[[str], None]
 ) -> Comparison:
-    one = first.one
+    one, other = first.one, second.one
     assert one is not None  # noqa: S101 - runs have a vehicle
-    assert second.one is not None  # noqa: S101 - runs have a vehicle
-    if first.one is not None and one.packed.thruster_names != second.one.packed.thruster_names:
-        why = f"A is of {one.name}, B of {second.one.name}: other thrusters."
+    assert other is not None  # noqa: S101 - runs have a vehicle
+    if one.packed.thruster_names != other.packed.thruster_names:
+        why = f"A is of {one.name}, B of {other.name}: other thrusters."
         return _finished(record, why_not=(why,))
     if first.digests == second.digests:
         return _finished(record, cautions=("The same logs stand on both sides.",))
@@ -94,7 +95,7 @@ def _runs(
         why = f"{len(shared)} of the logs stand on both sides; each can only be on one."
         return _finished(record, why_not=(why,))
     why_not, cautions = conditions_apart(first, second)
-    commands = [_excited(found) for found in (first, second)]
+    commands = [_excited(found.runs, one.packed) for found in (first, second)]
     both = [name for name in one.packed.thruster_names if all(name in c for c in commands)]
     only = [
         f"{name} was commanded in {'A' if name in commands[0] else 'B'} alone."
@@ -142,11 +143,10 @@ def _told(change: RunChange, names: Sequence[str], count: int) -> Difference:
     of = "all of B" if shift.runs == tuple(range(count, len(names))) else ", ".join(where)
     if ratio is not None:
         ci = (ratio - half / base, ratio + half / base)
-        every = shift.kind == "all_thrusters"
         share = f"{100 * ratio:.0f} % ({100 * ci[0]:.0f} to {100 * ci[1]:.0f} %)"
         text = (
             f"All thrusters together give {share} of the thrust that the other runs show, in {of}."
-            if every
+            if shift.kind == "all_thrusters"
             else f"The {shift.name} thruster gives {share} of the thrust that the other runs "
             f"show, in {of}."
         )
@@ -189,8 +189,8 @@ def conditions_apart(first: FoundSide, second: FoundSide) -> tuple[list[str], li
         elif abs(ratio - 1.0) > _SUPPLY / 5.0:
             cautions.append(f"{text[0].upper()}{text[1:]}; a common factor would be no surprise.")
     loose = [_loose_ballast_kg(found) for found in (first, second)]
-    mass = 0.0 if first.vehicle is None else model_of(first.vehicle).rigid_body.mass_kg
-    if abs(loose[1] - loose[0]) > _BALLAST * mass:
+    model = model_of(first.vehicle)
+    if abs(loose[1] - loose[0]) > _BALLAST * model.rigid_body.mass_kg:
         why_not.append(
             f"ballast of which the notes do not say what it displaces: {loose[0]:.3g} kg in A, "
             f"{loose[1]:.3g} kg in B. State displaced_kg in the notes, and it is counted."
@@ -209,10 +209,9 @@ def conditions_apart(first: FoundSide, second: FoundSide) -> tuple[list[str], li
     cable = [
         {note.tether.attached for note in _notes(found) if note.tether} for found in (first, second)
     ]
-    tether = first.vehicle is not None and model_of(first.vehicle).tether is not None
     if all(cable) and cable[0] != cable[1]:
         text = "a tether was attached in one and not in the other"
-        if tether:
+        if model.tether is not None:
             cautions.append(f"{text[0].upper()}{text[1:]}; the one of the vehicle file is counted.")
         else:
             why_not.append(f"{text}, and the vehicle file has none to count.")
@@ -247,20 +246,15 @@ def _water(found: FoundSide) -> list[tuple[str | None, float | None]]:
     return [(n.water.kind, n.water.density_kgpm3) for n in _notes(found) if n.water is not None]
 
 
-def _excited(found: FoundSide) -> set[str]:
-    """Thrusters whose command moved."""
-    one = found.one
-    assert one is not None  # noqa: S101 - runs have a vehicle
-    moved: set[str] = set()
-    reach = np.abs(one.packed.code_limits).max(axis=1)
-    for table in found.runs:
-        spread = np.nanstd(table.values["command"], axis=0)
-        moved |= {
-            name
-            for name, size, most in zip(one.packed.thruster_names, spread, reach, strict=True)
-            if size > _EXCITED * most
-        }
-    return moved
+def _excited(runs: Sequence[RunTable], packed: PackedVehicle) -> set[str]:
+    """Thrusters whose command moved in a run."""
+    least = _EXCITED * np.abs(packed.code_limits).max(axis=1)
+    moved = [np.nanstd(table.values["command"], axis=0) > least for table in runs]
+    return {
+        name
+        for name, any_ in zip(packed.thruster_names, np.any(moved, axis=0), strict=True)
+        if any_
+    }
 
 
 def _run_curves(
@@ -308,8 +302,8 @@ def _thin(run: RunTable, quantity: str, column: int) -> tuple[tuple[float, ...],
 
 def _bench(record: Comparison, first: FoundSide, second: FoundSide) -> Comparison:
     """Compare readings of the bench."""
-    drives = [found.vehicle.drive for found in (first, second) if found.vehicle is not None]
-    if (drives[0].code_min, drives[0].code_max) != (drives[1].code_min, drives[1].code_max):
+    a, b = first.vehicle.drive, second.vehicle.drive
+    if (a.code_min, a.code_max) != (b.code_min, b.code_max):
         return _finished(record, why_not=("their codes have other ranges.",))
     if [p.model_dump() for p in first.points] == [p.model_dump() for p in second.points]:
         return _finished(record, cautions=("The same readings stand on both sides.",))

@@ -14,13 +14,11 @@ from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
-from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.inputs.runs_to_identify import read_runs
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_inverse, load_simulated
 from pipeline.inputs.vehicle_place import find_vehicle
-from pipeline.plan import POOL, VEHICLE_FILE, UsageError, discover, processed_file
-from pipeline.provenance import read_envelope
+from pipeline.plan import POOL, VEHICLE_FILE, UsageError, discover
 from pipeline.records.comparison import CodeChange, Curve, Difference, Side
-from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.measurements import MooringPoint
 from pipeline.records.pool_run import RunNotes
 from pipeline.records.run_table import RunTable
@@ -43,12 +41,12 @@ class FoundSide:
     """One side, read: the runs of a vehicle, points of the bench, or a vehicle file."""
 
     side: Side
+    vehicle: Vehicle
     one: SimulatedVehicle | None = None
     runs: tuple[RunTable, ...] = ()
     notes: tuple[RunNotes | None, ...] = ()
     digests: frozenset[str] = frozenset()
     points: tuple[MooringPoint, ...] = ()
-    vehicle: Vehicle | None = None
 
 
 def find_side(
@@ -122,18 +120,17 @@ def _runs(
 ) -> FoundSide:
     raw, out = folders
     one = load_simulated(owner, raw, out)
-    paths = find_logs(logs, one)
-    read = [read_run(path, one, raw) for path in told_first(paths, tell)]
-    files = map(notes_file, paths)
+    read = read_runs(logs, one, raw, tell)
+    files = [notes_file(Path(run.file)) for run, _ in read]
     notes = tuple(None if file is None else read_run_notes(file, str(file)) for file in files)
     holds = tuple(f"{run.name}, {run.seconds:.0f} s" for run, _ in read)
     return FoundSide(
         Side(name=text, kind="runs", vehicle=one.name, holds=holds),
+        one.vehicle,
         one,
         tuple(table for _, table in read),
         notes,
         frozenset(run.sha256 for run, _ in read),
-        vehicle=one.vehicle,
     )
 
 
@@ -146,7 +143,7 @@ def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> FoundSide
             raise UsageError(f"{name} has no bench file under {folder}, of which {part} could be.")
         return _bench(text, file, files, part)
     side = Side(name=text, kind="vehicle", vehicle=name, holds=(str(file),))
-    return FoundSide(side, vehicle=load_vehicle(file))
+    return FoundSide(side, load_vehicle(file))
 
 
 def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> FoundSide:
@@ -162,32 +159,25 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
     elif part:
         points = [point for point in points if point.thruster == part]
     if not points:
-        all_points = record.points
-        volts_there = sorted({round(p.voltage_v) for p in all_points if p.voltage_v is not None})
-        there = [f"{one:g}V" for one in volts_there]
-        there += sorted({p.thruster for p in all_points if p.thruster})
+        volts_there = {round(p.voltage_v) for p in record.points if p.voltage_v is not None}
+        there = [f"{one:g}V" for one in sorted(volts_there)]
+        there += sorted({p.thruster for p in record.points if p.thruster})
         listed = ", ".join(there) or "no point that can be used"
         why = refused[0] if refused else f"There is {listed}."
         raise UsageError(f"{text}: no point of the bench files is that. {why}")
     supply = sorted({round(p.voltage_v, 1) for p in points if p.voltage_v is not None})
     holds = [f"{len(points)} readings of {', '.join(path.name for path in files)}"]
-    if supply:
-        holds.append(
-            f"supply {supply[0]:g} V"
-            if len(supply) == 1
-            else f"supply {supply[0]:g} to {supply[-1]:g} V"
-        )
+    if len(supply) == 1:
+        holds.append(f"supply {supply[0]:g} V")
+    elif supply:
+        holds.append(f"supply {supply[0]:g} to {supply[-1]:g} V")
     side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
-    return FoundSide(side, points=tuple(points), vehicle=vehicle)
+    return FoundSide(side, vehicle, points=tuple(points))
 
 
 def vehicle_differences(first: FoundSide, second: FoundSide, out: Path) -> dict[str, Any]:
     """Compare what vehicle files state, and codes of their tables; fields of the `Comparison`."""
-    assert first.vehicle is not None  # noqa: S101 - a vehicle file was read
-    assert second.vehicle is not None  # noqa: S101 - a vehicle file was read
-    stated = [
-        dict(_leaves(found.vehicle.model_dump())) for found in (first, second) if found.vehicle
-    ]
+    stated = [dict(_leaves(found.vehicle.model_dump())) for found in (first, second)]
     differences = []
     for key in dict.fromkeys([*stated[0], *stated[1]]):
         a, b = stated[0].get(key), stated[1].get(key)
@@ -237,14 +227,9 @@ def _codes(
     """Compare the codes at rest of both sides' tables, at 201 thrusts that both reach."""
     grids = []
     for found in (first, second):
-        path = out / processed_file(found.side.vehicle, "inverse")
         try:
-            envelope = read_envelope(path, "inverse", InverseCharacteristic)
-            if envelope.record is not None:
-                grids.append(firmware_grid(envelope.record))
+            grids.append(firmware_grid(load_inverse(found.side.vehicle, out)))
         except (InputError, CannotComputeError, OSError):
-            pass
-        if not grids or len(grids) < 1 + (found is second):
             why = f"{found.side.vehicle} has no tables, so no codes are compared."
             return (), 0, (), (why,)
     limits = [grid.limits(0.0) for grid in grids]

@@ -16,10 +16,10 @@ from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
 from pipeline.inputs.gains import sound_runs
-from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
+from pipeline.inputs.runs_to_identify import find_logs, read_runs
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import UsageError, seen_from
-from pipeline.provenance import canonical_json, write_atomically
+from pipeline.provenance import write_record
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 from pipeline.report.diagnosis_page import glance_of
@@ -91,7 +91,7 @@ def diagnose_to_files(
     one = load_simulated(request.vehicle, request.raw, request.out)
     request, noted = _with_sound_runs(request, one)
     runs, holdout, healthy = (
-        _tables(texts, one, request.raw, tell)
+        tuple(table for _, table in read_runs(texts, one, request.raw, tell))
         for texts in (request.runs, request.holdout, request.healthy)
     )
     # before anything is written: it may go to a folder that was named as one of runs
@@ -109,7 +109,7 @@ def diagnose_to_files(
     found = replace(found, record=found.record.model_copy(update=update))
     text = _corrected(one, found)
     result = folder / RESULT_FILE
-    write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
+    write_record(result, found.record)
     corrected = write_corrected(folder / CORRECTED_FILE, one, text)
     if corrected is not None:
         load_vehicle(corrected)  # a file that no command would read is none
@@ -162,12 +162,6 @@ def _with_notes(
     notes = [note for table in tables if table.known is not None for note in table.known.notes]
     told = (*found.record.notes, *noted, *dict.fromkeys(notes))
     return replace(found, record=found.record.model_copy(update={"notes": told}))
-
-
-def _tables(
-    texts: Sequence[str], one: SimulatedVehicle, raw: Path, tell: Callable[[str], None]
-) -> tuple[RunTable, ...]:
-    return tuple(read_run(path, one, raw)[1] for path in told_first(find_logs(texts, one), tell))
 
 
 def _write_overlays(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.language import as_it_is
 from pipeline.plan import report_file
-from pipeline.provenance import unwritable
+from pipeline.provenance import unwritable, write_record
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.html import address_from, crumbs, placed
@@ -17,7 +17,6 @@ from pipeline.stages.index_page import (
     DiagnosisReceipt,
     Question,
     write_index_again,
-    write_receipt,
 )
 
 #: Ending -> what the link says.
@@ -57,9 +56,8 @@ def write_page(
     scripts = placed(reports / "assets", page)
     text = diagnosis_page(record, crumbs=trail, files=_links(kept, page), assets=scripts)
     write_text(text, page)
-    write_receipt(
-        page.parent, DiagnosisReceipt(vehicle=record.vehicle, line=diagnosis_line(record))
-    )
+    receipt = DiagnosisReceipt(vehicle=record.vehicle, line=diagnosis_line(record))
+    write_record(page.with_name(RECEIPT), receipt)
     write_index_again(out)
     return page
 

@@ -50,11 +50,11 @@ def diagnosed_changes(
         return changes_as_stated(found, one.vehicle.frame)
 
     ends = []
-    for index, spec in enumerate(specs if top is not None else ()):
+    known_of = {} if top is None else top.parameters
+    for index, spec in enumerate(specs):
         known = {parameter.name: parameter for parameter in effects()[spec.id].parameters}
         for name, value in spec.values.items():
-            assert top is not None  # noqa: S101 - the loop is empty without
-            own = top.parameters.get(f"{spec.id}.{name}", top.parameters.get(name))
+            own = known_of.get(f"{spec.id}.{name}", known_of.get(name))
             if own is None or not own.ci95[0] < own.ci95[1]:
                 continue
             pair = []
@@ -93,21 +93,18 @@ def identified_changes(
     def changes(now: VehicleIdentification) -> dict[str, Change]:
         return file_changes(one.vehicle, model, one.packed, now.parameters, now.thrust)
 
-    ends = []
-    for kind in ("parameters", "thrust"):
+    def moved(kind: str, k: int, by: float) -> dict[str, Change]:
         every = getattr(whole, kind)
-        for k, own in enumerate(every):
-            if own.file_value is None and kind == "thrust":
-                continue
-            value = own.value if own.file_value is None else own.file_value
-            moved = (
-                own.model_copy(update={"file_value": value + end - own.value}) for end in own.ci95
-            )
-            low, high = (
-                changes(whole.model_copy(update={kind: (*every[:k], other, *every[k + 1 :])}))
-                for other in moved
-            )
-            ends.append((low, high))
+        value = every[k].value if every[k].file_value is None else every[k].file_value
+        other = every[k].model_copy(update={"file_value": value + by})
+        return changes(whole.model_copy(update={kind: (*every[:k], other, *every[k + 1 :])}))
+
+    ends = [
+        (moved(kind, k, own.ci95[0] - own.value), moved(kind, k, own.ci95[1] - own.value))
+        for kind in ("parameters", "thrust")
+        for k, own in enumerate(getattr(whole, kind))
+        if own.file_value is not None or kind == "parameters"
+    ]
     return listed_changes(as_stated(one), changes(whole), ends)
 
 

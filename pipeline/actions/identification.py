@@ -16,11 +16,11 @@ from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.inputs.gains import gains_of_runs
 from pipeline.inputs.no_solution import with_reason
-from pipeline.inputs.runs_to_identify import find_logs, healthy_runs, read_run, told_first
+from pipeline.inputs.runs_to_identify import healthy_runs, read_runs
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.language import as_it_is
 from pipeline.plan import UsageError
-from pipeline.provenance import canonical_json, write_atomically
+from pipeline.provenance import write_atomically, write_record
 from pipeline.records.base import FileChange
 from pipeline.records.identification import (
     Identification,
@@ -84,10 +84,7 @@ def identify_runs(
         known = ", ".join(as_it_is(quantity) for quantity in QUANTITIES)
         raise UsageError(f"--without {unknown[0]}: one of {known} is expected.")
     fitted, judged = (
-        [
-            read_run(path, one, request.raw, request.without)
-            for path in told_first(find_logs(texts, one), tell)
-        ]
+        read_runs(texts, one, request.raw, tell, request.without)
         for texts in (request.runs, request.holdout)
     )
     both = {read.file for read, _ in fitted} & {read.file for read, _ in judged}
@@ -126,7 +123,7 @@ def identify_runs(
         elapsed_s=round(time.perf_counter() - begin, 2),
     )
     result = folder / RESULT_FILE
-    write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
+    write_record(result, record)
     pictures = tuple(_write_slope(folder, line) for line in lines)
     corrected = write_corrected(folder / CORRECTED_FILE, one, text)
     return IdentificationFiles(record, result, corrected, pictures)

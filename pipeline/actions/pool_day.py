@@ -15,7 +15,7 @@ from pipeline.ingest.log_names import logs_of
 from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import POOL, report_file
-from pipeline.provenance import canonical_json, write_atomically
+from pipeline.provenance import write_atomically, write_record
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
 from pipeline.report.html import crumbs, placed, write_page
 from pipeline.report.plain_words import manoeuvre_words
@@ -79,7 +79,7 @@ def plan_day(
             truth=run.trajectory,
             metadata={"planned": planned.manoeuvre},
         )
-    write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
+    write_record(result, record)
     from pipeline.report.pool_day_page import pool_day_page
 
     page = folder / PAGE

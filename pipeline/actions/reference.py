@@ -12,7 +12,7 @@ from pipeline.diagnose.regression.held_out import FileModel, Method
 from pipeline.diagnose.regression.known import LEAST_SOUND, learned
 from pipeline.errors import CannotComputeError, Rig2SeaError
 from pipeline.inputs.gains import sound_runs
-from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
+from pipeline.inputs.runs_to_identify import find_logs, read_runs
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_packed, load_simulated
 from pipeline.language import as_it_is
 from pipeline.plan import POOL, processed_file
@@ -83,11 +83,11 @@ def make_reference(
         refused = ()
     if len(logs) < LEAST_SOUND:
         raise CannotComputeError("\n".join([too_few(one, len(logs)), *refused]))
-    read = [(path, *read_run(path, one, request.raw)) for path in told_first(logs, tell)]
-    runs = tuple(_sound(path, run, one, logs) for path, run, _ in read)
+    read = read_runs([str(path) for path in logs], one, request.raw, tell)
+    runs = tuple(_sound(run, one, logs) for run, _ in read)
     folder = request.out / "processed" / one.name
     identified, notes = _identified(folder / "identification", runs, one, request.out)
-    case = Case(one.name, one.vehicle, one.packed, (), healthy=tuple(table for _, _, table in read))
+    case = Case(one.name, one.vehicle, one.packed, (), healthy=tuple(table for _, table in read))
     tell("predicting each run by the others")
     files: dict[Method, FileModel] = {"vehicle file": FileModel(case.packed)}
     if identified is not None:
@@ -107,7 +107,7 @@ def make_reference(
         notes=(
             *refused,
             *notes,
-            *dict.fromkeys(text for _, run, _ in read for text in run.warnings),
+            *dict.fromkeys(text for run, _ in read for text in run.warnings),
         ),
     )
     to = request.out / processed_file(one.name, STAGE)
@@ -134,8 +134,8 @@ def too_few(one: SimulatedVehicle, count: int) -> str:
     )
 
 
-def _sound(path: Path, run: RunRead, one: SimulatedVehicle, logs: Mapping[Path, str]) -> SoundRun:
-    folder = one.file.parent.resolve()
+def _sound(run: RunRead, one: SimulatedVehicle, logs: Mapping[Path, str]) -> SoundRun:
+    path, folder = Path(run.file), one.file.parent.resolve()
     inside = path.is_relative_to(folder)
     shown = f"raw/{one.name}/{path.relative_to(folder).as_posix()}" if inside else path.name
     return SoundRun(

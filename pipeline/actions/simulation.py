@@ -46,7 +46,6 @@ from pipeline.simulate.run_conditions import RunSetup, run_setup
 from pipeline.simulate.sensors import Log, measure
 from pipeline.simulate.tethered_mover import TetheredMover, nominal_mover
 from pipeline.types import FloatArray
-from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.sensor_schema import Sensors
 
 __all__ = ["SimulationRequest", "SimulationResult", "replay", "simulate_to_file"]
@@ -95,7 +94,6 @@ class _Case:
 
     request: SimulationRequest
     one: SimulatedVehicle
-    model: Model
     specs: tuple[EffectSpec, ...]
     true: FloatArray
     schedule: PayloadSchedule
@@ -151,7 +149,9 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         sensors = Sensors()
     log = measure(trajectory, one.packed, sensors, vector=case.true, seed=request.seed)
     summary = summarise(trajectory, log, one.packed, case.true)
-    loads = latch_loads(trajectory, one.packed, case.model, schedule.outcomes, vector=case.true)
+    loads = latch_loads(
+        trajectory, one.packed, case.setup.model, schedule.outcomes, vector=case.true
+    )
     _write(case, flight, log, loads)
     return SimulationResult(
         path=request.to,
@@ -195,7 +195,6 @@ def _case(request: SimulationRequest) -> _Case:
     return _Case(
         request=request,
         one=one,
-        model=setup.model,
         specs=specs,
         true=true,
         schedule=schedule,

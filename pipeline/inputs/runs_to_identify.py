@@ -1,7 +1,7 @@
 """The logs that a person names: found, read, and checked for what a fit needs."""
 
 import difflib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,11 +54,19 @@ def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
     raise UsageError(f'{vehicle} has no run "{text}", and there is no such file.{hint} {there}')
 
 
-def told_first(logs: Iterable[Path], tell: Callable[[str], None]) -> Iterator[Path]:
-    """Pass logs on, each told before it is read."""
-    for log in logs:
+def read_runs(
+    texts: Sequence[str],
+    one: SimulatedVehicle,
+    raw: Path,
+    tell: Callable[[str], None],
+    without: Sequence[str] = (),
+) -> list[tuple[RunRead, RunTable]]:
+    """Find the logs of runs and read each, which is told before, as `find_logs` and `read_run`."""
+    found = []
+    for log in find_logs(texts, one):
         tell(f"reading {log.parent.name if log.name == BAG_FILE else log.name}")
-        yield log
+        found.append(read_run(log, one, raw, without))
+    return found
 
 
 def read_run(

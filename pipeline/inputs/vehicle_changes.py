@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pipeline.errors import CannotComputeError, InputError, Place
-from pipeline.provenance import canonical_json, file_digest, unwritable, write_atomically
+from pipeline.provenance import file_digest, unwritable, write_atomically, write_record
 from pipeline.records.base import AppliedChange
 
 
@@ -54,8 +54,7 @@ def write_change(file: Path, text: str, entry: AppliedChange) -> None:
 
 
 def _write_entry(file: Path, entry: AppliedChange) -> None:
-    path = file.parent / f"{file.name}.{entry.number}.json"
-    write_atomically(path, canonical_json(entry.model_dump(mode="json")) + "\n")
+    write_record(file.parent / f"{file.name}.{entry.number}.json", entry)
 
 
 def undo_last(file: Path) -> AppliedChange:

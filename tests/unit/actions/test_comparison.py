@@ -75,9 +75,9 @@ def side(repository: Path, note: RunNotes, supply_v: float) -> FoundSide:
     vehicle = load_vehicle(repository / "raw/mmt300")
     return FoundSide(
         Side(name="day", kind="runs", vehicle="mmt300", holds=()),
+        vehicle,
         runs=(table,),
         notes=(note,),
-        vehicle=vehicle,
     )
 
 

@@ -22,7 +22,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
     import diagnosis_records
 
     answer = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
-    monkeypatch.setattr(diagnosis, "_tables", lambda *_: ())
+    monkeypatch.setattr(diagnosis, "read_runs", lambda *_: [])
     monkeypatch.setattr(diagnosis, "find_logs", lambda *_: ())
     monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: answer)
     monkeypatch.setattr(diagnosis, "write_page", lambda *_: Path("page.html"))
@@ -34,7 +34,7 @@ def test_what_is_known_of_a_run_and_was_not_simulated_is_named_once(
 ) -> None:
     known = KnownOfRun(notes=("the tether is left out",))
     table = RunTable("run", np.zeros(0), {}, {}, known=known)
-    monkeypatch.setattr(diagnosis, "_tables", lambda *_: (table,))
+    monkeypatch.setattr(diagnosis, "read_runs", lambda *_: [(None, table)])
     files = diagnose_to_files(DiagnosisRequest("rov8", ("run",), to=tmp_path))
     assert files.record.notes[len(found.record.notes) :] == known.notes
 

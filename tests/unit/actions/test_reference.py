@@ -10,6 +10,7 @@ from click.testing import CliRunner, Result
 from pipeline.actions import reference
 from pipeline.cli import cli
 from pipeline.errors import CannotComputeError
+from pipeline.inputs import runs_to_identify
 from pipeline.provenance import file_digest, read_envelope
 from pipeline.records.identification import RunRead
 from pipeline.records.reference import Prediction, ReferenceRecord, Width
@@ -50,7 +51,7 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
         )
         return run, SimpleNamespace(name=path.stem)
 
-    monkeypatch.setattr(reference, "read_run", read)
+    monkeypatch.setattr(runs_to_identify, "read_run", read)
     monkeypatch.setattr(reference, "learned", lambda *_: LEARNED)
     return paths
 

@@ -12,6 +12,7 @@ from pipeline.cli import cli
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.inputs import runs_to_identify
 from pipeline.records.run_table import RunTable
 
 
@@ -41,7 +42,7 @@ def test_identify_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
     class Read:
         file = "a.mcap"
 
-    monkeypatch.setattr(identification, "read_run", lambda *_: (Read(), None))
+    monkeypatch.setattr(runs_to_identify, "read_run", lambda *_: (Read(), None))
     monkeypatch.setattr(identification, "_whole", no_more)
     read = ["reading a.mcap", "reading b.mcap"]
     assert told("identify", "rov8", *logs) == [*read, "fitting the vehicle to the runs (2)"]
@@ -55,7 +56,7 @@ def test_diagnose_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
     found = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
     spec = EffectSpec("residual_buoyancy", {"force_n": 5.0})
     table = RunTable("run", np.zeros(0), {}, {})
-    monkeypatch.setattr(diagnosis, "read_run", lambda *_: (None, table))
+    monkeypatch.setattr(runs_to_identify, "read_run", lambda *_: (None, table))
     monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: replace(found, specs=(spec,)))
     monkeypatch.setattr(diagnosis, "simulate_to_file", no_more)
     monkeypatch.setattr(diagnosis, "write_page", no_more)
