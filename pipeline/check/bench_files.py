@@ -58,7 +58,7 @@ def read_together(files: Sequence[RawFile]) -> tuple[list[FileFinding], list[Pro
             for file in files
             for name in (file.path.name,)
         ],
-        [_shown_at(of_all, problem) for problem in of_folder],
+        [problem.shown_as(str(of_all)) for problem in of_folder],
     )
 
 
@@ -77,13 +77,9 @@ def _finding(
         dict(sorted(marks.items())),
         {f"{code:g}": count for code, count in sorted(codes.items())},
         _quantities(used),
-        tuple(_shown_at(file.path, problem) for problem in problems),
+        # as the user named it; records name it from the raw folder on
+        tuple(problem.shown_as(str(file.path)) for problem in problems),
     )
-
-
-def _shown_at(path: Path, problem: Problem) -> Problem:
-    """Show the file as the user named it; records name it from the raw folder on."""
-    return replace(problem, place=replace(problem.place, file=str(path)))
 
 
 def _quantities(points: Sequence[object]) -> tuple[Quantity, ...]:

@@ -17,7 +17,7 @@ from pipeline.check.pool_runs import (
     repeated,
     strays,
 )
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
 from pipeline.plan import (
@@ -48,9 +48,7 @@ _STAND_IN = {
     "drives": {"unknown": {"code_min": -127, "code_max": 127}},
     "tables": {"propeller": "unknown", "drive": "unknown"},
 }
-_STAND_IN_NOTE = Problem(
-    "note",
-    Place(VEHICLE_FILE),
+_STAND_IN_NOTE = Place(VEHICLE_FILE).note(
     "there is none near the file: codes from -127 to 127, fresh water and a propeller of 0.1 m "
     "are assumed for this check alone.",
     remedy="Give the right one with --vehicle FILE.",
@@ -94,12 +92,8 @@ class _Reader:
     def __init__(
         self, findings: Findings, vehicle_file: Path | None, tell: Callable[[str], None], raw: Path
     ) -> None:
-        self._findings, self._vehicle_file, self._tell, self._raw = (
-            findings,
-            vehicle_file,
-            tell,
-            raw,
-        )
+        self._findings, self._vehicle_file = findings, vehicle_file
+        self._tell, self._raw = tell, raw
         self._vehicles: dict[Path | None, Vehicle | None] = {}
         self._typed: dict[Path, Vehicle] = {}
         self._files: dict[Path, RawFile] = {}
@@ -108,33 +102,20 @@ class _Reader:
 
     def read(self, path: Path) -> None:
         """Read a vehicle file; set a raw file, or everything in a folder, aside."""
-        before = self._count()
-        seen = path.absolute() in {*self._files, *self._runs, *self._unread}
         if path.name == VEHICLE_FILE:
-            seen = path in self._vehicles
             self._vehicle(path)
         elif path.is_file():
             self._file(path)
         elif not path.is_dir():
             raise UsageError(f'"{path}" is neither a file nor a folder.')
         elif (path / VEHICLE_FILE).exists():
-            seen = path / VEHICLE_FILE in self._vehicles
             self._vehicle_folder(path)
         elif (path / BAG_FILE).is_file() and path.name not in _KINDS:
-            seen = (path / BAG_FILE).absolute() in self._runs
             self._file(path / BAG_FILE)
-        elif path.name in _KINDS:
-            seen = self._kind_folder(path) or seen
-        else:
-            seen = self._folder(path) or seen
-        if not seen and before == self._count():
+        elif not (self._kind_folder(path) if path.name in _KINDS else self._folder(path)):
+            expected = f"raw files, a folder of them ({', '.join(_KINDS)}), or {VEHICLE_FILE}."
             self._findings.problems.append(
-                Problem(
-                    "error",
-                    Place(str(path)),
-                    "holds nothing to check.",
-                    f"raw files, a folder of them ({', '.join(_KINDS)}), or {VEHICLE_FILE}.",
-                )
+                Place(str(path)).error("holds nothing to check.", expected)
             )
 
     def _vehicle_folder(self, path: Path) -> None:
@@ -147,7 +128,7 @@ class _Reader:
         for kind in _KINDS:
             self._kind_folder(path / kind)
         self._findings.problems += (
-            replace(one, place=replace(one.place, file=str(path / Path(one.place.file).name)))
+            one.shown_as(str(path / Path(one.place.file).name))
             for one in VehicleFolder(path.name, str(path)).misplaced_problems()
         )
 
@@ -188,11 +169,6 @@ class _Reader:
                 found = True  # what is in it says itself when it holds nothing
                 self.read(inner)
         return found
-
-    def _count(self) -> int:
-        found = self._findings
-        own = len(self._files) + len(self._runs) + len(self._unread)
-        return own + len(found.vehicles) + len(found.notes)
 
     def read_files(self) -> None:
         """Read the raw files that were set aside."""
@@ -265,7 +241,7 @@ class _Reader:
             if (folder / VEHICLE_FILE).exists():
                 return self._vehicle(folder / VEHICLE_FILE)
         if None not in self._vehicles:
-            self._vehicles[None] = Vehicle.model_validate(_STAND_IN)
+            self._vehicles[None] = self._stand_in
             self._findings.problems.append(_STAND_IN_NOTE)
         return self._vehicles[None]
 

@@ -1,7 +1,6 @@
 """Pool runs, their notes and the gains of their thrusters, as a check shows them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from pipeline.check.findings import GainsFinding, NotesFinding, RunFinding
@@ -92,9 +91,7 @@ def strays(folder: Path) -> list[Problem]:
     if not folder.is_dir():
         return []
     return [
-        Problem(
-            "warning",
-            Place(str(path)),
+        Place(str(path)).warning(
             f"there is no run {path.stem} that these notes belong to.",
             remedy="Give the notes the name of their log.",
         )
@@ -109,9 +106,7 @@ def repeated(runs: Sequence[RunFinding]) -> list[Problem]:
 
     records = {run.file: run.record for run in runs if run.record is not None}
     return [
-        Problem(
-            "warning",
-            Place(copy),
+        Place(copy).warning(
             f"this is the run of {first} again: the same readings at the same times. One of the "
             "two counts.",
             remedy="Move one of them out of pool/.",
@@ -124,8 +119,7 @@ def _shown_at(folder: Path, problem: Problem) -> Problem:
     """Show the file as the user named it; records name it from the raw folder on."""
     if not problem.place.file:
         return problem
-    shown = str(folder / Path(problem.place.file).name)
-    return replace(problem, place=replace(problem.place, file=shown))
+    return problem.shown_as(str(folder / Path(problem.place.file).name))
 
 
 def gains_of_checked(

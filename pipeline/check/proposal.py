@@ -1,16 +1,17 @@
 """What a check understood, as `columns:` lines for vehicle.yaml, and how they get into it."""
 
 import difflib
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Findings
 from pipeline.errors import CannotComputeError
-from pipeline.vehicle.load import load_vehicle
+from pipeline.provenance import write_atomically
+from pipeline.vehicle.load import validated
+from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.write_back import with_columns
+from pipeline.vehicle.yaml_text import parse
 
 #: Key and value, as YAML, of each quantity.
 Lines = Mapping[str, str]
@@ -76,9 +77,7 @@ def write(proposal: Proposal) -> None:
     path = proposal.file
     if path.read_text(encoding="utf-8") != proposal.before:
         raise CannotComputeError(f"{path} has changed in the meantime; nothing was written.")
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".columns.") as folder:
-        new = Path(folder) / path.name
-        new.write_text(proposal.after, encoding="utf-8")
-        load_vehicle(new)
-        new.chmod(path.stat().st_mode & 0o777)
-        os.replace(new, path)  # noqa: PTH105 - replaces on every system
+    validated(Vehicle, parse(proposal.after.encode(), str(path)), str(path))
+    mode = path.stat().st_mode & 0o777
+    write_atomically(path, proposal.after)
+    path.chmod(mode)

@@ -3,7 +3,8 @@
 import io
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import IO, Any
 
 import click
@@ -134,21 +135,23 @@ class TranslatedGroup(click.Group):
     ) -> Any:  # noqa: ANN401
         """Read the arguments of the group."""
         use(_named(args) or wanted(os.environ))
-        try:
+        with _said_in_our_words():
             return super().make_context(info_name, args, *more, **kwargs)
-        except click.exceptions.NoArgsIsHelpError:
-            raise
-        except click.UsageError as error:
-            raise in_our_words(error) from None
 
     def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
         """Run the command that was asked for."""
-        try:
+        with _said_in_our_words():
             return super().invoke(ctx)
-        except click.exceptions.NoArgsIsHelpError:
-            raise
-        except click.UsageError as error:
-            raise in_our_words(error) from None
+
+
+@contextmanager
+def _said_in_our_words() -> Iterator[None]:
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        raise in_our_words(error) from None
 
 
 def in_our_words(error: click.UsageError) -> click.UsageError:

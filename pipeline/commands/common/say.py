@@ -41,10 +41,8 @@ def _of_the_place(error: OSError) -> Problem:
     remedy = writing_remedy(error, "Mend that, then run again.")
     if error.filename is None:  # a write into a file that is open names none
         what = f"cannot go on: {error.strerror}."
-        return Problem("error", Place("rig2sea"), what, remedy=remedy)
-    return Problem(
-        "error", Place(str(error.filename)), f"cannot be used: {error.strerror}.", remedy=remedy
-    )
+        return Place("rig2sea").error(what, remedy=remedy)
+    return Place(str(error.filename)).error(f"cannot be used: {error.strerror}.", remedy=remedy)
 
 
 def _own_fault(error: Exception) -> str:
