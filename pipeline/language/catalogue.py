@@ -50,10 +50,7 @@ _AMBIGUOUS = frozenset({"N", "A", "V", "W", "code", "codes"})
 class Catalogue:
     """Messages with their translations, arranged for finding.
 
-    Parameters
-    ----------
-    entries : list of Entry
-        The first is the head, which says how the language counts.
+    The first entry is the head, which says how the language counts.
     """
 
     def __init__(self, entries: list[Entry]) -> None:
@@ -148,10 +145,7 @@ class Catalogue:
             return self._known(part, depth + 1, sure=True)
 
         ways: tuple[Callable[[], str | None], ...] = (
-            lambda: phrases.label(text, known),
-            lambda: phrases.span(text, known),
-            lambda: phrases.marked(text, known),
-            lambda: phrases.bracketed(text, known),
+            lambda: phrases.with_remark(text, known),
             # before any template: "error: rov8" is no value of "{0} has no allocator: section"
             lambda: self._announced(text, depth, sure=sure),
             lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),

@@ -1,7 +1,7 @@
 """Short forms that texts are put together from: a label with its unit, a count, a range, a list."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
 
@@ -11,7 +11,7 @@ Known = Callable[[str], str | None]
 _MOST_ITEMS = 16
 _COUNTED = re.compile(r"(\d+) ([a-z][^,;:.()\d]*)")
 _LABEL = re.compile(r"(.+?)( +)\[([^\[\]]+)\]")
-_MARKED = re.compile(r"([a-z][a-z -]+) (\d+)")
+_MARKED = re.compile(r"([a-z][a-z -]+)( \d+)")
 _SPAN = re.compile(r"(.+?) ([−-]?\d\S*) to ([−-]?\d\S*)((?: \S+){0,2})")
 BRACKETED = re.compile(r"(.+?)( ?)\(([^()]+|[^()]*\([^()]*\)[^()]*)\)(\.?)")
 #: Between items, but not within brackets.
@@ -19,17 +19,32 @@ SEMICOLON = re.compile(r"(; )(?![^()]*\))")
 _COMMA_OR_AND = re.compile(r"(, | and )(?![^()]*\))")
 
 
-def label(text: str, known: Known) -> str | None:
-    """Say the label of an axis or a column, ``speed [m/s]``.
+def with_remark(text: str, known: Known) -> str | None:
+    """Say what is known with what follows it: a unit, a range, a number, a remark in brackets.
 
-    >>> label("speed  [m/s]", {"speed": "скорость"}.get)
-    'скорость  [м/с]'
+    >>> said = {"speed": "скорость", "rms": "скз"}.get
+    >>> [with_remark(text, said) for text in ("speed  [m/s]", "speed 2", "speed (rms)")]
+    ['скорость  [м/с]', 'скорость 2', 'скорость (скз)']
+    >>> with_remark("speed 1.2 to 3.0 m/s", said)
+    'скорость 1,2…3,0 м/с'
     """
-    found = _LABEL.fullmatch(text)
-    name = known(found[1]) if found is not None else None
-    if found is None or name is None:
-        return None
-    return f"{name}{found[2]}[{UNITS.get(found[3]) or known(found[3]) or found[3]}]"
+    return next(_with_remark(text, known), None)
+
+
+def _with_remark(text: str, known: Known) -> Iterator[str]:
+    if (found := _LABEL.fullmatch(text)) and (name := known(found[1])) is not None:
+        yield f"{name}{found[2]}[{UNITS.get(found[3]) or known(found[3]) or found[3]}]"
+    found = _SPAN.fullmatch(text)
+    if found is not None and (found[4] == "" or is_measured(f"1{found[4]}")):
+        name = known(found[1])
+        if name is not None:
+            yield in_russian(f"{name} {in_russian(found[2])}…{found[3]}{found[4]}")
+    if (found := _MARKED.fullmatch(text)) and (name := known(found[1])) is not None:
+        yield f"{name}{found[2]}"
+    if (found := BRACKETED.fullmatch(text)) and (name := known(found[1])) is not None:
+        inside = known(found[3])
+        if inside is not None:
+            yield f"{name}{found[2]}({inside}){found[4]}"
 
 
 def counted(text: str, known: Known) -> str | None:
@@ -43,47 +58,6 @@ def counted(text: str, known: Known) -> str | None:
         return None
     what = known(found[2])
     return None if what is None else f"{what}: {found[1]}"
-
-
-def marked(text: str, known: Known) -> str | None:
-    """Say a word with a number after it.
-
-    >>> marked("saturated 6", {"saturated": "насыщение"}.get)
-    'насыщение 6'
-    """
-    found = _MARKED.fullmatch(text)
-    name = known(found[1]) if found is not None else None
-    return f"{name} {found[2]}" if found is not None and name is not None else None
-
-
-def span(text: str, known: Known) -> str | None:
-    """Say a range of a quantity.
-
-    >>> span("depth 1.2 to 3.0 m", {"depth": "глубина"}.get)
-    'глубина 1,2…3,0 м'
-    """
-    found = _SPAN.fullmatch(text)
-    if found is None or not (found[4] == "" or is_measured(f"1{found[4]}")):
-        return None
-    name = known(found[1])
-    if name is None:
-        return None
-    return in_russian(f"{name} {in_russian(found[2])}…{found[3]}{found[4]}")
-
-
-def bracketed(text: str, known: Known) -> str | None:
-    """Say a text with a remark in brackets, of which both are known.
-
-    >>> bracketed("speed (rms)", {"speed": "скорость", "rms": "скз"}.get)
-    'скорость (скз)'
-    """
-    found = BRACKETED.fullmatch(text)
-    if found is None:
-        return None
-    before, inside = known(found[1]), known(found[3])
-    if before is None or inside is None:
-        return None
-    return f"{before}{found[2]}({inside}){found[4]}"
 
 
 def named_numbers(text: str, known: Known) -> str | None:
@@ -110,10 +84,7 @@ def items(text: str, known: Known) -> str | None:
         parts = signs.split(text)
         if not 1 < len(parts) <= 2 * _MOST_ITEMS:
             continue
-        said = [known(part) for part in parts[::2]]
-        if None in said:
-            continue
-        signs_said = [" и " if sign == " and " else sign for sign in parts[1::2]] + [""]
-        both = zip(said, signs_said, strict=True)
-        return in_russian("".join(f"{item}{sign}" for item, sign in both))
+        parts[::2] = said = [known(part) or "" for part in parts[::2]]
+        if all(said):
+            return in_russian("".join(" и " if part == " and " else part for part in parts))
     return None

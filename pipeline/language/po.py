@@ -24,10 +24,7 @@ class Entry:
 def read_po(text: str) -> list[Entry]:
     r"""Read a catalogue: its entries in order, the head (of the empty message) among them.
 
-    Raises
-    ------
-    ValueError
-        When a line is none of the format.
+    Raises ValueError when a line is none of the format.
 
     >>> read_po('#: a.py\nmsgid "row {0}"\nmsgstr "строка {0}"\n')[0].forms
     ('строка {0}',)

@@ -2,8 +2,8 @@
 
 import pytest
 
+from pipeline.language import catalogue
 from pipeline.language.catalogue import Catalogue
-from pipeline.language.translate import catalogue
 from pipeline.plan import MISSING, TITLES
 from pipeline.provenance import Envelope
 from pipeline.records.base import Record
