@@ -29,11 +29,7 @@ def ignored_file_problems(
         if not path.is_dir():
             what = "this is no file, or a link to one that is not there; it was not read."
             remedy = "Copy the file here, or delete the link."
-            found.append(
-                Problem(
-                    "error", Place(f"{shown}/{printable(path.name)}"), what, "raw files.", remedy
-                )
-            )
+            found.append(Place(f"{shown}/{printable(path.name)}").error(what, "raw files.", remedy))
             continue
         if folder.name == POOL and (path / BAG_FILE).is_file():
             continue  # a bag of ROS 2, which is a run
@@ -47,9 +43,7 @@ def ignored_file_problems(
             if folder.name in RAW_KINDS:
                 remedy += " Files of a further type of thruster: name it in tables.types."
             expected = f"raw files in {folder.name}/."
-            found.append(
-                Problem("warning", Place(f"{shown}/{printable(path.name)}"), what, expected, remedy)
-            )
+            found.append(Place(f"{shown}/{printable(path.name)}").warning(what, expected, remedy))
     return found
 
 
