@@ -14,7 +14,6 @@ from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.inputs.vehicle_place import find_vehicle, result_of
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import file_digest, write_record
-from pipeline.records.diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
 from pipeline.stages.index_page import Question
@@ -23,26 +22,10 @@ from pipeline.vehicle.schema import Vehicle
 
 
 def diagnose_table_to_file(request: DiagnosisRequest) -> DiagnosisFiles:
-    """Diagnose mooring tables and write the answer.
+    """Diagnose mooring tables, several as one test of one thruster, and write the answer.
 
-    Without `to` the folder is ``processed/<vehicle>/bench_diagnosis``. Raises as `diagnose_table`.
+    Without `to` the folder is ``processed/<vehicle>/bench_diagnosis``.
     """
-    record = diagnose_table(request)
-    folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
-    result = folder / RESULT_FILE
-    write_record(result, record)
-    _, file = find_vehicle(request.vehicle, request.raw, request.out)
-    runs, holdout = (
-        tuple(seen_from(_table(one, file.parent, record.vehicle), request.out) for one in texts)
-        for texts in (request.runs, request.holdout)
-    )
-    question = Question(runs, holdout)
-    page = write_page(record, question, request.out, request.to, (result,))
-    return DiagnosisFiles(record, result, None, page)
-
-
-def diagnose_table(request: DiagnosisRequest) -> BenchDiagnosisRecord:
-    """Diagnose mooring tables; several are taken together as one test of one thruster."""
     if request.healthy:
         raise UsageError(
             "--healthy takes pool runs; for mooring tables put a healthy one into mooring/ of the "
@@ -50,8 +33,10 @@ def diagnose_table(request: DiagnosisRequest) -> BenchDiagnosisRecord:
         )
     name, file = find_vehicle(request.vehicle, request.raw, request.out)
     vehicle = load_vehicle(file)
-    paths = [_table(run, file.parent, name) for run in request.runs]
-    held = [_table(run, file.parent, name) for run in request.holdout]
+    paths, held = (
+        [_table(one, file.parent, name) for one in texts]
+        for texts in (request.runs, request.holdout)
+    )
     twice = {path for path in held if path in paths}
     if twice:
         raise UsageError(f"{min(twice)} is both diagnosed and held out.")
@@ -66,7 +51,13 @@ def diagnose_table(request: DiagnosisRequest) -> BenchDiagnosisRecord:
         if lacking:
             table, _ = _read(paths, vehicle, model, lacking)
             holdout, _ = _read(held, vehicle, model, lacking)
-    return diagnose_bench(model, table, holdout, notes=(*notes, *said))
+    record = diagnose_bench(model, table, holdout, notes=(*notes, *said))
+    folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
+    result = folder / RESULT_FILE
+    write_record(result, record)
+    runs, others = (tuple(seen_from(one, request.out) for one in own) for own in (paths, held))
+    page = write_page(record, Question(runs, others), request.out, request.to, (result,))
+    return DiagnosisFiles(record, result, None, page)
 
 
 def _table(text: str, folder: Path, vehicle: str) -> Path:

@@ -11,8 +11,9 @@ from pipeline.actions.found_changes import diagnosed_changes, source_of, write_c
 from pipeline.actions.simulation import simulate_to_file
 from pipeline.actions.simulation_request import SimulationRequest
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.engine import Diagnosis, diagnose_fully
+from pipeline.diagnose.engine import diagnose_fully
 from pipeline.diagnose.tell.file_changes import left_to_say
+from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
 from pipeline.inputs.gains import sound_runs
@@ -21,7 +22,6 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import write_record
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.run_table import RunTable
 from pipeline.report.diagnosis_page import glance_of
 from pipeline.stages.index_page import Question
 from pipeline.vehicle.change_list import text_with
@@ -99,24 +99,28 @@ def diagnose_to_files(
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
     case = Case(one.name, one.vehicle, one.packed, runs, holdout, healthy)
     found = diagnose_fully(case)
-    found = _with_notes(found, (*runs, *holdout, *healthy), noted)
-    first = {"glance": glance_of(found.record)}
-    found = replace(found, record=found.record.model_copy(update=first))
+    record, specs = found.record, found.specs
+    every = [table.known for table in (*runs, *holdout, *healthy) if table.known is not None]
+    noted += tuple(dict.fromkeys(note for known in every for note in known.notes))
+    record = record.model_copy(update={"notes": (*record.notes, *noted)})
+    top = next(iter(record.ranking), None)
+    more = {
+        "glance": glance_of(record),
+        "vehicle_file_sha256": one.file_digest,
+        "changes": diagnosed_changes(one, top, specs) if specs else (),
+    }
+    record = record.model_copy(update=more)
     folder = request.to or request.out / "processed" / one.name / "diagnosis"
-    top = next(iter(found.record.ranking), None)
-    changes = diagnosed_changes(one, top, found.specs) if found.specs else ()
-    update = {"vehicle_file_sha256": one.file_digest, "changes": changes}
-    found = replace(found, record=found.record.model_copy(update=update))
-    text = _corrected(one, found)
     result = folder / RESULT_FILE
-    write_record(result, found.record)
+    write_record(result, record)
+    text = _corrected(one, record, specs)
     corrected = write_corrected(folder / CORRECTED_FILE, one, text)
     if corrected is not None:
         load_vehicle(corrected)  # a file that no command would read is none
-    overlays, without = _write_overlays(request, folder, one, found, tell)
+    overlays, without = _write_overlays(request, folder, one, specs, tell)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
-    page = write_page(found.record, question, request.out, request.to, files)
-    return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
+    page = write_page(record, question, request.out, request.to, files)
+    return DiagnosisFiles(record, result, corrected, page, overlays, without)
 
 
 def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
@@ -155,20 +159,11 @@ def _with_sound_runs(
     return replace(request, healthy=tuple(str(path) for path in sound)), (told,)
 
 
-def _with_notes(
-    found: Diagnosis, tables: Sequence[RunTable], noted: Sequence[str] = ()
-) -> Diagnosis:
-    """Add what is known of the runs and was not simulated, and what was noted before."""
-    notes = [note for table in tables if table.known is not None for note in table.known.notes]
-    told = (*found.record.notes, *noted, *dict.fromkeys(notes))
-    return replace(found, record=found.record.model_copy(update={"notes": told}))
-
-
 def _write_overlays(
     request: DiagnosisRequest,
     folder: Path,
     one: SimulatedVehicle,
-    found: Diagnosis,
+    specs: Sequence[EffectSpec],
     tell: Callable[[str], None],
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Simulate the held-out runs (all runs where none is) with the effects of the verdict.
@@ -185,7 +180,7 @@ def _write_overlays(
     for old in paths if request.to is not None else folder.glob(f"*{OVERLAY_END}"):
         if old.resolve() not in given:
             old.unlink(missing_ok=True)
-    if not found.specs:
+    if not specs:
         return (), ()
     written, without = [], []
     for log, path in zip(logs, paths, strict=True):
@@ -194,7 +189,7 @@ def _write_overlays(
             str(one.file.parent),
             path,
             log=log,
-            effects=tuple(str(spec) for spec in found.specs),
+            effects=tuple(str(spec) for spec in specs),
             raw=request.raw,
             out=request.out,
         )
@@ -226,19 +221,20 @@ def _overlay_names(logs: Sequence[Path], taken: Sequence[str] = ()) -> list[str]
     return names
 
 
-def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
+def _corrected(
+    one: SimulatedVehicle, record: DiagnosisRecord, specs: tuple[EffectSpec, ...]
+) -> str | None:
     """Text of the corrected vehicle file; None where the verdict changes nothing."""
-    specs = found.specs
     if not specs:
         return None
-    changes = found.record.changes
+    changes = record.changes
     lines = [
-        f"Corrected by rig2sea {__version__} diagnose from {', '.join(found.record.runs)}.",
-        found.record.verdict.sentence,
+        f"Corrected by rig2sea {__version__} diagnose from {', '.join(record.runs)}.",
+        record.verdict.sentence,
         *(f"Changed {change.path}." for change in changes),
     ]
     rest = left_to_say(specs, {change.path: change.value for change in changes})
     if rest:
         lines.append("No key of this file can say: " + " ".join(rest))
     original = one.file.read_text(encoding="utf-8")
-    return text_with(original, changes, source_of(found.record.runs), "\n".join(lines))
+    return text_with(original, changes, source_of(record.runs), "\n".join(lines))

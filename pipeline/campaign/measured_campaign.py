@@ -88,17 +88,14 @@ def run_case(
 def _label(case: MeasuredCase, seed: int) -> CaseLabel:
     """Say what was done, as the labels of generated cases do."""
     one = case.spec
-    effects = (
-        ()
-        if one is None
-        else (
-            TrueEffect(
-                effect=one.id,
-                parameters=dict(one.values),
-                thruster=one.target,
-                axes=tuple(name for name in one.values if name in _AXES),
-            ),
+    effects = tuple(
+        TrueEffect(
+            effect=spec.id,
+            parameters=dict(spec.values),
+            thruster=spec.target,
+            axes=tuple(name for name in spec.values if name in _AXES),
         )
+        for spec in ([] if one is None else [one])
     )
     return CaseLabel(
         vehicle=case.subject.name,

@@ -91,7 +91,7 @@ def sound_beside(job: Job, one: "SimulatedVehicle", asked: Sequence[str]) -> tup
     if record is None or record.vehicle_file_sha256 != one.file_digest:
         return ()
     names = {sound.name for sound in record.runs} - set(asked)
-    stored = [one.record for _, one in job.all_in("pool", "pool_run", StoredRun)]
+    stored = [one.record for _, one in job.all_of("pool_run", StoredRun)]
     sound = [run for run in stored if run is not None and run.run in names]
     if len(sound) < _LEAST_SOUND:
         return ()
@@ -147,7 +147,7 @@ def _of_day(job: Job) -> DayDiagnosis:
     """Combine the answers of the runs; diagnose them together where they agree."""
     own = [
         (name, envelope.record, envelope.why_not or "")
-        for name, envelope in job.all_in("run_diagnoses", "run_diagnosis", RunDiagnosis)
+        for name, envelope in job.all_of("run_diagnosis", RunDiagnosis)
     ]
     alone = {name: one.record for name, one, _ in own if one is not None and one.record is not None}
     without = {
@@ -182,7 +182,7 @@ def _together(
         return None, _APART, ""
     stored = {
         name: one.record
-        for name, one in job.all_in("pool", "pool_run", StoredRun)
+        for name, one in job.all_of("pool_run", StoredRun)
         if one.record is not None
     }
     copies = repeated_runs({name: stored[name] for name in alone})

@@ -13,6 +13,7 @@ from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder, typed_na
 from pipeline.provenance import Envelope, file_digest, read_envelope, read_tables, write_envelope
 from pipeline.records.base import Record
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.stage_table import STAGES
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
@@ -118,12 +119,12 @@ class Job:
         path = next(path for path in self.inputs if path.as_posix().endswith(f"/{ending}"))
         return self._whole(kind, read_envelope(path, kind, model))
 
-    def all_in(self, room: str, kind: str, model: type[R]) -> tuple[tuple[str, Envelope[R]], ...]:
-        """Return name and envelope of every input in a folder of results."""
+    def all_of(self, kind: str, model: type[R]) -> tuple[tuple[str, Envelope[R]], ...]:
+        """Return name and envelope of every input that a stage of runs or days has left."""
         return tuple(
             (path.stem, read_envelope(path, kind, model))
             for path in self.inputs
-            if path.parent.name == room and path.suffix == ".json"
+            if path.parent.name == STAGES[kind].room and path.suffix == ".json"
         )
 
     @staticmethod

@@ -22,8 +22,8 @@ def run(job: Job) -> tuple[PageReceipt, str]:
     page = job.more_outputs[0]
     kept = job.output.with_suffix(".html")
     kept.unlink(missing_ok=True)
-    ((name, stored),) = job.all_in("pool", "pool_run", StoredRun)
-    ((_, trial),) = job.all_in("run_trials", "run_trial", RunTrial)
+    ((name, stored),) = job.all_of("pool_run", StoredRun)
+    ((_, trial),) = job.all_of("run_trial", RunTrial)
     results = _results(job, page, name, stored, trial)
     day = stored.record.day if stored.record is not None else ""
     flown = tuple(dict.fromkeys(one.name for one in results.manoeuvres))

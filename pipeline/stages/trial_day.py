@@ -24,7 +24,7 @@ MOST_STEPS = 20
 @leaves_record
 def run(job: Job) -> TrialDay:
     """Identify from the day's most exciting runs; a fit that fails leaves why."""
-    envelopes = job.all_in("pool", "pool_run", StoredRun)
+    envelopes = job.all_of("pool_run", StoredRun)
     stored = [one.record for _, one in envelopes if one.record is not None]
     day = TrialDay(
         vehicle=job.vehicle_name,

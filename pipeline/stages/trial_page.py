@@ -24,16 +24,14 @@ from pipeline.stages.page_provenance import page_provenance
 def run(job: Job) -> tuple[PageReceipt, str]:
     """Write the page."""
     page, day = job.more_outputs[0], job.output.stem
-    days = job.all_in("trial_days", "trial_day", TrialDay)
+    days = job.all_of("trial_day", TrialDay)
     trials = {name: one.record for name, one in days if one.record is not None}
-    tables = dict(job.all_in("day_tables", "day_tables", DayTables))
+    tables = dict(job.all_of("day_tables", DayTables))
     now = tables.pop(day, None)
     before = next(iter(tables.values()), None)
-    pages = job.all_in("run_pages", "run_page", PageReceipt)
+    pages = job.all_of("run_page", PageReceipt)
     runs = tuple(one.record for _, one in pages if one.record is not None)
-    told = {
-        name: one.record for name, one in job.all_in("day_diagnoses", "day_diagnosis", DayDiagnosis)
-    }
+    told = {name: one.record for name, one in job.all_of("day_diagnosis", DayDiagnosis)}
     flown = Flown(
         {one.name: one.manoeuvres for one in runs}, tuple(one.name for one in runs if one.errors)
     )

@@ -73,7 +73,7 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         page=page,
         trials=tuple(
             day
-            for _, one in job.all_in("trial_pages", "trial_page", PageReceipt)
+            for _, one in job.all_of("trial_page", PageReceipt)
             if (day := one.record) is not None
         ),
         changes=changes_of(job.vehicle_file),

@@ -90,12 +90,10 @@ def outcome_of(
             body = read_raw_envelope(out / processed_file(vehicle.name, stage), stage)
         except InputError:
             continue  # the stage failed or was not reached; the run has said so
-        problems += map(Problem.of, body["problems"])
         if body["record"] is None:
             left_out.append((TITLES[stage], body["why_not"]))
-        else:
-            problems += map(Problem.of, body["record"].get("problems", ()))
-            checks += _failed_checks(stage, body["record"])
+        problems += _problems_of(body)
+        checks += _failed_checks(stage, body)
     # what several stages met is said once
     shown = by_severity(dict.fromkeys(with_path(one, vehicle, out) for one in problems))
     return Outcome(vehicle.name, shown, tuple(left_out), tuple(checks))
@@ -111,15 +109,18 @@ def faults_behind(
     found: list[Problem] = []
     checks: list[str] = []
     for name, body in _behind(vehicle, stage, out):
-        record = body["record"] or {}
-        found += map(Problem.of, (*body["problems"], *record.get("problems", ())))
-        checks += _failed_checks(name, record)
+        found += _problems_of(body)
+        checks += _failed_checks(name, body)
     errors = (with_path(one, vehicle, out) for one in found if one.severity == "error")
     return tuple(dict.fromkeys(errors)), tuple(checks)
 
 
-def _failed_checks(stage: str, record: Mapping[str, Any]) -> list[str]:
-    checks = record.get("checks")
+def _problems_of(body: Mapping[str, Any]) -> Iterator[Problem]:
+    return map(Problem.of, (*body["problems"], *(body["record"] or {}).get("problems", ())))
+
+
+def _failed_checks(stage: str, body: Mapping[str, Any]) -> list[str]:
+    checks = (body["record"] or {}).get("checks")
     return [
         f"{TITLES[stage]}: {check['name']}\n  {check['text']}"
         for check in (checks if isinstance(checks, list) else ())

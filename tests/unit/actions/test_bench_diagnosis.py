@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.actions import bench_diagnosis
-from pipeline.actions.bench_diagnosis import diagnose_table
+from pipeline.actions.bench_diagnosis import diagnose_table_to_file
 from pipeline.actions.diagnosis import DiagnosisRequest
 from pipeline.errors import CannotComputeError, InputError
 
@@ -28,7 +28,7 @@ def table(folder: Path, text: str) -> Path:
 
 def diagnosed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench_diagnosis, "_model", lambda *_: (None, ()))
-    diagnose_table(DiagnosisRequest(str(file.parent), (str(file),)))
+    diagnose_table_to_file(DiagnosisRequest(str(file.parent), (str(file),)))
 
 
 def test_a_fault_is_told_whatever_words_its_column_has(

@@ -9,15 +9,8 @@ import pytest
 from pipeline.actions import diagnosis
 from pipeline.actions.diagnosis import DiagnosisRequest, _write_overlays
 from pipeline.actions.simulation_request import SimulationRequest
-from pipeline.diagnose.engine import Diagnosis
+from pipeline.effects.specification import EffectSpec
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
-
-
-@dataclass(frozen=True)
-class _Found:
-    """The effects of a verdict."""
-
-    specs: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -38,8 +31,8 @@ def one(monkeypatch: pytest.MonkeyPatch) -> SimulatedVehicle:
 def written(
     request: DiagnosisRequest, folder: Path, one: SimulatedVehicle, *effects: str
 ) -> list[str]:
-    found = cast("Diagnosis", _Found(effects))
-    paths, without = _write_overlays(request, folder, one, found, lambda _: None)
+    specs = cast("tuple[EffectSpec, ...]", effects)
+    paths, without = _write_overlays(request, folder, one, specs, lambda _: None)
     assert without == ()
     return [path.name for path in paths]
 
