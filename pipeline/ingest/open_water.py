@@ -1,9 +1,8 @@
 """Open-water tests: K_T and K_Q (the papers' K_M) against the advance ratio."""
 
-import math
 import re
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +18,9 @@ from pipeline.ingest.open_water_coefficients import (
     check_efficiency,
     coefficients,
     doubt,
+    ends_too_early,
     far_from_pitch,
     impossible,
-    over_pi,
 )
 from pipeline.ingest.row_directions import column_that_parts
 from pipeline.ingest.rows import counted, listed
@@ -36,8 +35,6 @@ _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\
 _LARGEST_ADVANCE_RATIO = 3.0
 #: Share of the rows.
 _MOST_LARGE = 0.2
-#: Evidence in nats for V / (pi n D) in place of J: told of above, refused above.
-_DOUBTED, _REFUSED = -0.7, 0.5
 #: Scatter of K_T about one curve, a share of the largest; fewer readings are no two curves.
 _MOST_SCATTER, _LEAST_OF_TWO = 0.04, 8
 _QUANTITIES = (
@@ -114,7 +111,9 @@ def _of_table(table: Table) -> Iterator[OpenWaterPoint]:
     used = np.array([not own for own in marks], np.bool_)
     rows = _Rows(row, {name: own[there] for name, own in values.items()}, found, used).counting()
     problems += _cross_check(table, rows)
-    unclear = [*_impossible(table, rows)] or [*_two_curves(table, rows)] or [*_over_pi(table, rows)]
+    unclear = (
+        [*_impossible(table, rows)] or [*_two_curves(table, rows)] or [*_too_early(table, rows)]
+    )
     problems += unclear
     if any(one.severity == "error" for one in unclear):
         return
@@ -201,38 +200,21 @@ def _against_raw(table: Table, rows: _Rows) -> Iterator[Problem]:
             yield table.at(table.head).warning(what, expected, _CHECK_COLUMN)
 
 
-def _over_pi(table: Table, rows: _Rows) -> Iterator[Problem]:
+def _too_early(table: Table, rows: _Rows) -> Iterator[Problem]:
     """Refuse an advance coefficient that may be V / (pi n D), unless vehicle.yaml has its scale."""
     column = table.block.columns.get("advance_ratio")
     stated = table.vehicle.columns.open_water.advance_ratio
     if column is None or (stated is not None and "scale" in stated.model_fields_set):
         return
-    words, found = set(plain(column.header).split()), rows.found
-    name = "lambda" if words & {"λ", "lambda"} else "J" if words & {"j", "jv"} else ""
-    check = check_efficiency(found.efficiency, rows.values["efficiency"])
-    if doubt(found):  # then its efficiency says nothing
-        found = replace(found, torque_coefficient=np.full(len(rows.number), np.nan))
-    score = over_pi(found, name, None if check is None else check.ratio)
-    if score is None:  # the letter alone
-        score = _DOUBTED if name == "lambda" else -math.inf
-    if score < _DOUBTED:
-        return
-    largest = float(np.abs(found.advance_ratio).max(initial=0.0))
-    what = (
-        f'"{shorten(column.header)}" may be J = V / (n D), to {largest:.3g} here, or lambda = V / '
-        f"(pi n D), which makes J to {math.pi * largest:.3g}"
-    )
-    line = f'advance_ratio: {{header: "{shorten(column.header)}", scale: 3.14159}}'
-    remedy = (
-        f"State it in vehicle.yaml (scale: 1 for J):\n  columns:\n    open_water:\n      {line}"
-    )
-    place = table.at(table.head, "advance_ratio")
-    if score < _REFUSED:
-        yield place.warning(f"{what}; J is taken.", "J = V / (n D).", remedy)
-        return
-    why = "K_T is zero so early, and the efficiency so small, as of no screw"
-    said = f"{what}: {why}. So the table was left out."
-    yield place.error(said, "an advance coefficient that is known.", remedy)
+    is_called_j = bool({"j", "jv"} & set(plain(column.header).split()))
+    if why := ends_too_early(rows.found, is_called_j=is_called_j):
+        yield table.at(table.head, "advance_ratio").error(
+            f'"{shorten(column.header)}": {why}, as of no screw; it may be lambda = V / (pi n D), '
+            "not J = V / (n D). So the table was left out.",
+            "an advance coefficient that is known.",
+            "State it in vehicle.yaml (scale: 1 for J):\n  columns:\n    open_water:\n"
+            f'      advance_ratio: {{header: "{shorten(column.header)}", scale: 3.14159}}',
+        )
 
 
 def _impossible(table: Table, rows: _Rows) -> Iterator[Problem]:

@@ -30,16 +30,14 @@ _SMALLEST_TORQUE_SHARE = 0.02
 #: at least where a correlation with J tells that it grows.
 _NEAR_REST, _LEAST_K_T, _FALLS, _RISES, _LEAST_POINTS = 0.4, 0.02, 0.3, 0.8, 4
 _DOUBTFUL_K_T = 0.06
-#: Where the two readings of an advance coefficient are alike: J at no thrust, largest efficiency.
-_J_0, _ETA = 0.45, 0.32
-#: K_T must fall to this share for its zero, and the largest efficiency, to be known.
+#: K_T must fall to this share for its zero to be known.
 _FALLS_TO = 0.6
 #: Thrust ends at so much of the pitch ratio.
 _ENDS_OF_PITCH = (0.7, 1.7)
 #: K_T near rest is so many times that J, and no pitch is so large that it lies further.
 _ENDS_OF_THRUST, _LAST_END = (0.09, 0.8), 1.8
-#: What the name says for V / (pi n D), in nats: the letter lambda is used for both, J is not.
-_NAMED = {"lambda": 1.0, "": 0.0, "J": -1.5}
+#: More is of no screw, but of V / (pi n D) in place of J: the letter J is used for that seldom.
+_ENDS_TOO_EARLY, _SO_OF_J = 0.7, 1.0
 
 
 @dataclass(frozen=True)
@@ -155,23 +153,6 @@ def _suspicion(ratio: float) -> str:
     return "J, K_T, K_Q and the efficiency do not belong together"
 
 
-def over_pi(points: Coefficients, name: str, ratio: float | None) -> float | None:
-    """Return the evidence [nats] that an advance coefficient is V / (pi n D), not J.
-
-    None where the numbers tell nothing. What weighs: where K_T is zero and the largest efficiency,
-    both pi too small then, the `name` ("lambda", "J", ""), the `ratio` of the efficiency to a
-    stated one.
-    """
-    if ratio is not None:
-        return math.inf if abs(ratio * math.pi - 1.0) <= 0.1 else -math.inf
-    ends = no_thrust_at(points)
-    if ends is None:
-        return None
-    best = float(np.nanmax(points.efficiency[points.torque_coefficient > 0.0], initial=0.0))
-    score = _NAMED[name] - 3.0 * math.log(ends / _J_0)
-    return score - (4.0 * math.log(best / _ETA) if best > 0.0 else 0.0)
-
-
 def impossible(points: Coefficients) -> str:
     """Say what no propeller does, whatever its name: too little thrust, a sign; empty if nothing.
 
@@ -208,6 +189,21 @@ def no_thrust_at(points: Coefficients) -> float | None:
         return None
     slope, constant = np.polyfit(advance, thrust, 1)
     return None if slope >= 0.0 or constant <= 0.0 else float(-constant / slope)
+
+
+def ends_too_early(points: Coefficients, *, is_called_j: bool) -> str:
+    """Say where thrust is zero so early that no screw has it: V / (pi n D), perhaps, in place of J.
+
+    >>> j = np.linspace(0.0, 0.3, 4)
+    >>> ends_too_early(Coefficients(j, 0.4 - 1.2 * j, j), is_called_j=False)
+    'K_T is 0.4 at most and zero at 0.333'
+    """
+    ends, thrust = no_thrust_at(points), np.nan_to_num(points.thrust_coefficient)
+    largest = float(thrust.max(initial=0.0))
+    most = _SO_OF_J if is_called_j else _ENDS_TOO_EARLY
+    if ends is None or largest <= most * ends or np.abs(points.advance_ratio).min() > ends / 2.0:
+        return ""
+    return f"K_T is {largest:.2g} at most and zero at {ends:.3g}"
 
 
 def far_from_pitch(points: Coefficients, pitch_ratio: float | None) -> str:

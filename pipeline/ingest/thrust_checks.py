@@ -27,7 +27,7 @@ MOST_MERIT = 1.6
 _DOUBTFUL_MERIT = 0.07
 _USUAL_MERIT, _USUAL_PRESSURE_PA = 0.4, 10e3
 _LARGE = 0.3
-_LEAST_POINTS = 4
+_LEAST_POINTS = 2
 
 
 def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:

@@ -159,7 +159,7 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
     high: list[int] = []
     for own in groups.values():
         thrust = [sign * point.thrust_n for point in own]
-        if len(own) > 1 and max(thrust) > 0.2 * largest:
+        if len(own) > 1 and max(thrust) > 0.1 * largest:
             shares.append((max(thrust) - min(thrust)) / max(thrust))
             later += [(thrust[-1] - thrust[0]) / max(thrust)] * (own[0].sweep <= own[-1].sweep)
             for point, one in zip(own, thrust, strict=True):

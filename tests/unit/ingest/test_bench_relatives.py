@@ -88,6 +88,7 @@ def test_what_a_sheet_shows_is_no_unit_of_speed(sheet: str, tmp_path: Path) -> N
         ("L1 = 0.5 m, L2 = 1.0 m", "Run"),
         ("Rig factor 2", "Run"),
         ("Force x2", "Run"),
+        ("True thrust = 2 x reading", "Run"),
         ("", "L1 (m)"),
         ("", "Lever arm (m)"),
         ("", "Плечо, м"),
