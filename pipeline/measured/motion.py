@@ -77,19 +77,13 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         turn = _steadied(turn, rates, period, _WANDER_TIMES * sensors.imu.attitude_wander_s)
     state[:, 3:7] = turn.as_quat()[:, [3, 0, 1, 2]]
     state[:, 10:13], nu_dot[:, 3:] = smoothed(rates, window_of(run, "angular_velocity"), period)
-    omega = state[:, 10:13]
     known, follows = np.array([False, False, False, True, True, True]), False
     down = None
-    velocity, depth = channel_of(run, "velocity"), channel_of(run, "depth")
-    if velocity is not None:
-        place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
-        at_origin = velocity - np.cross(omega, place)
-        state[:, 7:10], nu_dot[:, :3] = smoothed(at_origin, window_of(run, "velocity"), period)
+    depth = channel_of(run, "depth")
+    linear = _linear(run, sensors, turn, state[:, 10:13])
+    if linear is not None:
+        state[:, 7:10], nu_dot[:, :3], follows = linear
         known[:3] = True
-        along = _along_accelerations(run, sensors, turn, at_origin, state[:, 7:13])
-        if along is not None:
-            follows, state[:, 7:10] = True, along
-            nu_dot[:, :3] = smoothed(along, window_of(run, "specific_force"), period)[1]
     elif depth is not None:
         place = np.array(sensors.depth.position_m) if sensors and sensors.depth else np.zeros(3)
         down = depth[:, 0] - turn.apply(place)[:, 2]
@@ -105,6 +99,29 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     if depth is not None:
         state[:, 2] = depth[:, 0]
     return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None, follows, down)
+
+
+def velocity_of(run: RunTable, sensors: Sensors | None, motion: MeasuredMotion) -> FloatArray:
+    """Velocity over ground (m, 3) by other readings of it; as it was where these are too few."""
+    turn = Rotation.from_quat(motion.state[:, [4, 5, 6, 3]])
+    linear = _linear(run, sensors, turn, motion.state[:, 10:13])
+    return motion.nu[:, :3] if linear is None else linear[0]
+
+
+def _linear(
+    run: RunTable, sensors: Sensors | None, turn: Rotation, omega: FloatArray
+) -> tuple[FloatArray, FloatArray, bool] | None:
+    """Velocity of the origin and its rate (m, 3), and whether it follows accelerations."""
+    velocity = channel_of(run, "velocity")
+    if velocity is None:
+        return None
+    place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
+    at_origin = velocity - np.cross(omega, place)
+    value, rate = smoothed(at_origin, window_of(run, "velocity"), run.period_s)
+    along = _along_accelerations(run, sensors, turn, at_origin, np.hstack([value, omega]))
+    if along is None:
+        return value, rate, False
+    return along, smoothed(along, window_of(run, "specific_force"), run.period_s)[1], True
 
 
 def reckoned(motion: MeasuredMotion) -> MeasuredMotion:
@@ -171,21 +188,21 @@ def _steadied(turn: Rotation, rates: FloatArray, period_s: float, window_s: floa
 
 
 def _turns(steps: Rotation) -> Rotation:
-    """Products of all turns up to each row, from none: in blocks, then from block to block."""
-    count = len(steps)
-    length = max(int(np.sqrt(count)), 1)
-    blocks = -(-count // length)
-    none = np.tile([0.0, 0.0, 0.0, 1.0], (blocks * length - count, 1))
-    every = np.concatenate([steps.as_quat(), none]).reshape(blocks, length, 4)
-    for k in range(1, length):
-        every[:, k] = (
-            Rotation.from_quat(every[:, k - 1]) * Rotation.from_quat(every[:, k])
-        ).as_quat()
-    for k in range(1, blocks):
-        every[k] = (Rotation.from_quat(every[k - 1, -1]) * Rotation.from_quat(every[k])).as_quat()
-    return Rotation.from_quat(
-        np.concatenate([[[0.0, 0.0, 0.0, 1.0]], every.reshape(-1, 4)[:count]])
-    )
+    """Products of all turns up to each row, from none: of twice as many each time."""
+    found = np.concatenate([[[0.0, 0.0, 0.0, 1.0]], steps.as_quat()])
+    reach = 1
+    while reach < len(found):
+        found[reach:] = _product(found[:-reach], found[reach:])
+        reach *= 2
+    return Rotation.from_quat(found)
+
+
+def _product(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Products of quaternions (m, 4), scalar last: those of `Rotation`, without its overhead."""
+    a, b = first[:, :3], second[:, :3]
+    v, w = first[:, 3:], second[:, 3:]
+    scalar = v * w - np.sum(a * b, axis=1, keepdims=True)
+    return np.concatenate([v * b + w * a + np.cross(a, b), scalar], axis=1)
 
 
 def channel_of(run: RunTable, quantity: str) -> FloatArray | None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from pipeline.diagnose.kinematics.dead_reckoning import NEUTRAL, Mount, Stretches, Track, stretches
 from pipeline.types import FloatArray
@@ -191,10 +192,14 @@ def _columns(one: Stretches, size: int) -> FloatArray:
 
 def _covariance(one: Stretches, ratio: float) -> FloatArray:
     """Covariance (n, n) of what stretches lack, over the variance of the random walk."""
-    found = np.diag(one.duration_s + 2.0 * ratio)
-    at = np.flatnonzero(one.joined)
-    found[at, at + 1] = found[at + 1, at] = -ratio
-    return found
+    own, shared = _diagonals(one, ratio)
+    return np.diag(own) + np.diag(shared[:-1], 1) + np.diag(shared[:-1], -1)
+
+
+def _diagonals(one: Stretches, ratio: float) -> FloatArray:
+    """Diagonals (2, n) of that covariance: its own, and the one below it."""
+    shared = np.concatenate([np.where(one.joined, -ratio, 0.0), [0.0]])
+    return np.stack([one.duration_s + 2.0 * ratio, shared])
 
 
 def _noise_of(
@@ -217,10 +222,10 @@ def _likely(left: Sequence[tuple[Stretches, FloatArray]], ratio: float) -> tuple
     """Log likelihood of what is left at the most probable random walk, which goes with it."""
     square, log_determinant, count = 0.0, 0.0, 0
     for one, values in left:
-        root = np.linalg.cholesky(_covariance(one, ratio))
-        white = np.linalg.solve(root, values)
-        square += float(white @ white)
-        log_determinant += 2.0 * float(np.log(np.diag(root)).sum())
+        # a stretch shares noise with its neighbours alone: two diagonals
+        root = cholesky_banded(_diagonals(one, ratio), lower=True, check_finite=False)
+        square += float(values @ cho_solve_banded((root, True), values, check_finite=False))
+        log_determinant += 2.0 * float(np.log(root[0]).sum())
         count += values.size
     walk = max(square / count, 1e-12)
     return -0.5 * (count * np.log(walk) + log_determinant), _Noise(walk, ratio)

@@ -13,7 +13,7 @@ from pipeline.diagnose.regression.told import Told
 from pipeline.types import FloatArray
 
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
-_WIDTHS = ((1.0, 0.8), (3.0, 0.2))
+_WIDTH, _PRIOR = np.array([1.0, 3.0]), np.array([0.8, 0.2])
 #: How much thrust a run may have of what the sound ones had. [1]
 _SCALES = (0.3, 3.0)
 #: Degrees of freedom by which runs and a test agree: few, tails are heavy.
@@ -50,11 +50,9 @@ class Shared:
         self.count, self._directions, self._width = len(told), directions, ordinary.width
         self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
         self._told = [one.tempered(ordinary.share) for one in told]
-        self.information, self.score = [], []
-        for own in self._told:
-            information, score = beyond_ordinary(own, ordinary.width)
-            self.information.append(information)
-            self.score.append(score)
+        beyond = [beyond_ordinary(own, ordinary.width) for own in self._told]
+        self.information = np.stack([information for information, _ in beyond])
+        self.score = np.stack([score for _, score in beyond])
 
     def over(self, width: FloatArray) -> float:
         """Log evidence of these widths over others, where nothing changed."""
@@ -70,37 +68,33 @@ class Shared:
 
         So many first runs are `without` those of the directions that have these places.
         """
-        own, places = np.ix_(which, which), list(which)
-        information, score = np.zeros((len(which), len(which))), np.zeros(len(which))
-        for r in runs:
-            has = np.ones(len(which))
-            if r < without[0]:
-                has[list(without[1])] = 0.0
-            information += self.information[r][own] * np.outer(has, has)
-            score += self.score[r][places] * has
-        tried = []
-        for width, prior in _WIDTHS:
-            inner = np.eye(len(which)) / width**2 + information
-            covariance = np.linalg.inv(inner)
-            mean, std = covariance @ score, np.sqrt(np.diag(covariance))
-            value = float(np.log(prior)) + 0.5 * float(score @ mean)
-            value -= 0.5 * float(np.linalg.slogdet(inner * width**2)[1])
+        every = np.ix_(runs, which, which)
+        own, score = self.information[every], self.score[np.ix_(runs, which)]
+        if without[0]:
+            has = np.ones(score.shape)
+            has[np.ix_(np.array(runs) < without[0], np.array(without[1], int))] = 0.0
+            own, score = own * has[:, None, :] * has[:, :, None], score * has
+        information, score = own.sum(axis=0), score.sum(axis=0)
+        inner = np.eye(len(which)) / _WIDTH[:, None, None] ** 2 + information
+        covariance = np.linalg.inv(inner)
+        means, stds = covariance @ score, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        values = np.log(_PRIOR) + 0.5 * means @ score - len(which) * np.log(_WIDTH)
+        values -= 0.5 * np.linalg.slogdet(inner)[1]
+        for row, (mean, std) in enumerate(zip(means, stds, strict=True)):
             for k, size, spread in zip(which, mean, std, strict=True):
                 bounds = self._directions[k].bounds
-                value += log_inside(float(size), float(spread), *bounds)
-                value -= log_inside(0.0, width, *bounds)
-            tried.append((value, mean, std))
-        total = float(np.logaddexp.reduce([one[0] for one in tried]))
-        _, mean, std = max(tried, key=lambda one: one[0])
-        return total, mean, std
+                values[row] += log_inside(float(size), float(spread), *bounds)
+                values[row] -= log_inside(0.0, float(_WIDTH[row]), *bounds)
+        best = int(np.argmax(values))
+        return float(np.logaddexp.reduce(values)), means[best], stds[best]
 
     def agrees(self, k: int, runs: Sequence[int], size: float, std: float) -> float:
         """Log density of a size that is known otherwise, by what runs say, over that at their own.
 
         It is Student's, as a model that is wrong elsewhere may speak against it, too.
         """
-        information = sum(float(self.information[r][k, k]) for r in runs)
-        off = information * size - sum(float(self.score[r][k]) for r in runs)
+        information = float(self.information[list(runs), k, k].sum())
+        off = information * size - float(self.score[list(runs), k].sum())
         square = off**2 / max(information + (information * std) ** 2, 1e-12)
         return -0.5 * (_TAIL + 1.0) * float(np.log1p(square / _TAIL))
 

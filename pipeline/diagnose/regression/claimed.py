@@ -22,7 +22,7 @@ from pipeline.measured.completed import completed
 from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import READINGS, layout
 from pipeline.measured.lagging import lagged
-from pipeline.measured.motion import measured_motion, reckoned
+from pipeline.measured.motion import measured_motion, reckoned, velocity_of
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable, continuous
 from pipeline.simulate.applied_wrench import thruster_wrench
@@ -137,7 +137,7 @@ class Claimed:
     def _late(self, delay_s: float, units: float) -> tuple[FloatArray, Late]:
         """Wrench (rows, 6) of commands, rates and attitude so long ago, less that of now."""
         rows = np.arange(self.run.time_s.size, dtype=float)
-        true = measured_motion(_read_earlier(self.run, delay_s), self._sensors).nu[:, :3]
+        true = velocity_of(_read_earlier(self.run, delay_s), self._sensors, self.motion)
 
         def ago(values: FloatArray) -> FloatArray:
             before = rows - delay_s / self.row_s

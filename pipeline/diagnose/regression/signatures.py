@@ -71,10 +71,10 @@ class Rows:
         rate = np.zeros((len(asked.velocity), 6))
         own = [CHANNELS.index(name) for name in asked.channels]
         rate[self.rows[:, None], own] = gained / asked.period_s
-        more = asked.more - np.einsum("dab,mb->mda", asked.heavier, rate)
+        more = asked.more - np.tensordot(rate, asked.heavier, axes=(1, 2))
         past = lagged(more, self.rows).transpose(0, 2, 1, 3)
-        found = np.einsum("kdf,fc->kdc", past.reshape(*past.shape[:2], -1), force)
-        by_mean = np.einsum("kda,kac->kdc", more[self.rows], self.by_wrench)
+        found = np.tensordot(past, force.reshape(FORCES, 6, -1), axes=2)
+        by_mean = more[self.rows] @ self.by_wrench
         for k, size in asked.taken.items():
             by_mean[:, k] = self._moved(size * more[:, k]) / size
         found += by_mean
