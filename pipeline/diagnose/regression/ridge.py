@@ -31,7 +31,7 @@ _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 _ROUNDS = 3
 BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Times every ridge but the constant's, and less variance of the gain: more than all readings say.
-STIFF = 1e7
+STIFF = 1e12
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 
@@ -125,8 +125,10 @@ class Ridge:
         linear = 1 + 2 * len(self.channels)
         found[linear : states - 3] *= self._bent
         found[states:] *= np.where(np.tile(other, FORCES), _OTHER_AXES, 1.0)
-        found[[0, 1 + channel]] = _FREE
         found[1:] *= self._stiff
+        # of the velocity itself a file errs in its noise alone, which is filtered: a slope of it
+        # would be that of slow runs, and wrong in a fast one
+        found[[0] if self._stiff > 1.0 else [0, 1 + channel]] = _FREE
         return found
 
     def _before(self, channel: int) -> tuple[FloatArray, FloatArray]:

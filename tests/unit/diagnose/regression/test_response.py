@@ -98,6 +98,25 @@ def test_drag_takes_more_of_a_large_force() -> None:
     assert small.score[0] / small.information[0, 0] < -1.1
 
 
+def test_slow_flights_of_the_file_teach_no_slope() -> None:
+    """Noise of a reading takes itself off in slow runs; in a fast one it would pass for drag."""
+
+    def mean(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return linear(now, run.wrench[rows][:, [0, 5]])
+
+    def read(run: GridRun, share: float) -> GridRun:
+        noise = 0.02 * np.random.default_rng(3).standard_normal(run.velocity.shape)
+        wrench, velocity = share * run.wrench, share * run.velocity + noise
+        return replace(run, wrench=wrench, more=share * run.more, velocity=velocity)
+
+    slow = [read(flown(seed, noise=0.0), 0.01) for seed in range(4)]
+    response = Response(slow, BENT[-1], mean, mean, stiff=STIFF)
+    fast = read(flown(9, noise=0.0), 1.0)
+    rows, left, _ = response.after(fast, np.zeros(1))
+    now = fast.velocity[rows - 1]
+    assert np.abs(np.sum(left * now, axis=0) / np.sum(now**2, axis=0)).max() < 0.01
+
+
 def test_a_heavier_vehicle_gains_less_and_resists_that() -> None:
     heavier, half = np.zeros((1, 6, 6)), 0.5 / PUSH
     heavier[0, 0, 0] = half
