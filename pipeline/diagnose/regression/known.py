@@ -295,8 +295,9 @@ def _of_file(
     """Learn the noise from flights of the file, and what a healthy vehicle leaves from others."""
     response = Response(runs, BENT[-1], file, file, stiff=STIFF)
     told = response.told_of_sound()
-    offset = offset_of(told, share_as_claimed(told, width))
-    alone = without_offset(told, offset.share)
+    # flights hardly move along some directions: there their noise would pass for a large offset
+    offset = offset_of(told, share_as_claimed(told, width), width)
+    alone = without_offset(told, offset.share, width)
     ordinary = Ordinary(width, share_as_claimed(alone, width), INEXACT_OF_FILE)
     found = Learned(response, offset, ordinary, (), (), 0.0)
     usual = tuple(found.told_runs([one])[0] for one in others)

@@ -59,7 +59,9 @@ class Offset:
         return Told(information, score, told.thrust)
 
 
-def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
+def offset_of(
+    sound: Sequence[Told], share: FloatArray, most: FloatArray | float = np.inf
+) -> Offset:
     """Estimate what sound runs, each predicted from the others, are off by alike.
 
     Parameters
@@ -68,12 +70,15 @@ def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
         Of each sound run.
     share : ndarray, shape (c,)
         Share of the information of each channel that is trusted.
+    most : ndarray, shape (d,), optional
+        Standard deviation beyond which an offset of a direction is not believed.
     """
     variance = np.zeros_like(sound[0].score_by_channel)
     for c in range(len(variance)):
         own = [one.of_channel(c) for one in sound]
         for _ in range(_MOST):
-            found = _plainest(_removed(own, share[c : c + 1], variance[c : c + 1]))
+            removed = _removed(own, share[c : c + 1], variance[c : c + 1])
+            found = _plainest(removed, np.sqrt(np.maximum(np.square(most) - variance[c], 0.0)))
             if found is None:
                 break
             # one that was chosen before was not wide enough
@@ -81,9 +86,15 @@ def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
     return _told_by(sound, share, variance)
 
 
-def without_offset(sound: Sequence[Told], share: FloatArray) -> list[Told]:
+def without_offset(
+    sound: Sequence[Told], share: FloatArray, most: FloatArray | float = np.inf
+) -> list[Told]:
     """Take off each sound run what the others are off by alike, and nothing that it chose."""
-    return [offset_of(_others(sound, k), share).removed(one, 1) for k, one in enumerate(sound)]
+    others = (_others(sound, k) for k in range(len(sound)))
+    return [
+        offset_of(rest, share, most).removed(one, 1)
+        for one, rest in zip(sound, others, strict=True)
+    ]
 
 
 def _removed(sound: Sequence[Told], share: FloatArray, variance: FloatArray) -> list[Told]:
@@ -109,7 +120,7 @@ def _told_by(sound: Sequence[Told], share: FloatArray, variance: FloatArray) -> 
     return Offset(share, variance, mean, covariance)
 
 
-def _plainest(sound: Sequence[Told]) -> tuple[int, float] | None:
+def _plainest(sound: Sequence[Told], most: FloatArray) -> tuple[int, float] | None:
     """Choose the direction in which runs of one channel are off alike, and its variance.
 
     Each run is predicted from the others, with an offset and without; what is gained over all runs
@@ -124,6 +135,6 @@ def _plainest(sound: Sequence[Told]) -> tuple[int, float] | None:
         # log N(score / own; mean, 1 / own + spread) over log N(score / own; 0, 1 / own)
         grown = 1.0 + own * spread
         each = (spread * score**2 + 2.0 * mean * score - own * mean**2) / grown - np.log(grown)
-        gain[row] = 0.5 * each.sum(axis=0)
+        gain[row] = np.where(width <= most, 0.5 * each.sum(axis=0), 0.0)
     best, k = divmod(int(np.argmax(gain)), gain.shape[1])
     return (k, _WIDTHS[best] ** 2) if gain[best, k] > np.log(score.shape[1]) else None

@@ -59,3 +59,7 @@ def test_an_offset_beyond_what_was_tried_first_is_taken_off_as_a_whole() -> None
     ]
     offset = offset_of(sound, TRUSTED)
     assert offset.mean[0, 1] == pytest.approx(60.0, abs=3.0 / (4.0 * vague[1, 1]) ** 0.5)
+    # of flights of the file such an error is none of the direction: it would grow with the motion
+    allowed = offset_of(sound, TRUSTED, np.full(3, 0.3))
+    assert np.abs(allowed.mean).max() < 3.0
+    assert allowed.variance.max() <= 0.3**2
