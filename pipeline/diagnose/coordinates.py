@@ -38,7 +38,8 @@ class Coordinate:
     range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
     file states for it, in the same count (0: the file says nothing of it). `beside` are the other
     parameters beside which it is taken: where a module sits says something once it has a mass.
-    Beyond `valid` no vehicle is left: nothing heavier than it can be taken off.
+    Beyond `valid` no vehicle is left: nothing heavier than it can be taken off. `within` is an
+    effect that goes with the parameter: the direction is what a departure changes of that effect.
     """
 
     effect: Effect
@@ -48,6 +49,7 @@ class Coordinate:
     ordinary: float
     beside: tuple[tuple[str, float], ...] = ()
     valid: tuple[float, float] = (-_FARTHEST, _FARTHEST)
+    within: EffectSpec | None = None
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -162,6 +164,25 @@ def partners(
     return tuple(found)
 
 
+def scaled_by(
+    one: Coordinate, values: Mapping[str, float], listed: Sequence[Coordinate], runs: int
+) -> tuple[Added, ...]:
+    """Return what departures that the file allows for change of an effect in proportion to them.
+
+    An added mass that is a sixth off may be half of the moment that a difference of two makes. So
+    many `runs` that are weighed together have it alike: each counts it as wider.
+    """
+    within = EffectSpec(one.effect.id, dict(values), one.target)
+    return tuple(
+        Added(
+            replace(other, within=within, ordinary=runs**0.5 * other.ordinary),
+            other.side * _SLIGHTLY,
+        )
+        for other in listed
+        if other.effect.id in one.effect.scales_with and other.ordinary > 0.0
+    )
+
+
 def _far(parameter: Parameter) -> float:
     """Distance from neutral to the far end of the plausible range, in the parameter's unit."""
     return max(abs(limit - parameter.neutral) for limit in parameter.plausible)
@@ -216,8 +237,8 @@ def _ordinary(
     if effect_id == "lift":
         surge, sway, heave = np.diag(read(packed.vector, "added_mass"))[:3]
         both = {"pitch_slope": (heave, surge), "yaw_slope": (sway, surge)}.get(parameter.name, ())
-        # where the file has no Munk moment, nothing says that its two masses err alike
-        munk = np.hypot(*both) if both and not packed.context.coriolis else -np.diff(both).sum()
+        # what a Munk moment that the file omits would be off by goes with `coriolis_omitted`
+        munk = -np.diff(both).sum() if packed.context.coriolis else 0.0
         slope = float(read(packed.vector, parameter.name.replace("_slope", "_lift_slope")))
         return float(np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk))
     if effect_id == "thrust_deduction" and packed.context.deduction_std is not None:

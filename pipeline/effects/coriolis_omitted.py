@@ -62,4 +62,5 @@ EFFECT = Effect(
     vector_slots=("coriolis_fraction", "pitch_lift_slope", "yaw_lift_slope", "turnover_slope"),
     apply=_apply,
     missing=_missing,
+    scales_with=("added_mass",),
 )

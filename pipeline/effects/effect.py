@@ -151,7 +151,8 @@ class Effect:
     files say nothing of it, so that it may differ on any vehicle, and it is never an answer. An
     effect `of_thrusters` acts on all of them, and is no candidate for a vehicle that has none.
     `stated` turns the parameters into those of a vehicle whose file states a value: its neutral is
-    that value, and the width that the file states is ordinary.
+    that value, and the width that the file states is ordinary. `scales_with` names effects whose
+    parameters its force is in proportion to: what the file is off by in these it is off by, too.
     """
 
     id: str
@@ -166,6 +167,7 @@ class Effect:
     unstated: bool = False
     of_thrusters: bool = False
     stated: Stated = field(default=alike)
+    scales_with: tuple[str, ...] = ()
 
     def on(self, context: EffectContext) -> "Effect":
         """Return the effect with the neutral values and widths that hold for a vehicle."""

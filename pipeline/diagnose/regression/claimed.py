@@ -88,6 +88,16 @@ class Claimed:
 
     def departure(self, one: Coordinate, size: float) -> Departure:
         """Return what a unit of a direction makes, taken at a size."""
+        if one.within is None:
+            return self._departure(one, size)
+        alone, whole = self._departure(replace(one, within=None), size), self._departure(one, size)
+        # a heavier vehicle resists what the effect moves, too
+        effect = -demanded(self.packed, self._with(one, {}), self.motion, still=True) - self._hull
+        moved = effect @ np.linalg.inv(mass_of(self._nominal)).T
+        wrench = whole.wrench - alone.wrench - moved @ alone.mass.T
+        return Departure(wrench, whole.mass - alone.mass, whole.misread)
+
+    def _departure(self, one: Coordinate, size: float) -> Departure:
         packed, as_read = self.packed, np.zeros((3, 6))
         if one.effect.id == "thruster_degraded" and one.target is not None:
             column = packed.thruster_names.index(one.target)
@@ -97,7 +107,8 @@ class Claimed:
         value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
         share = (value - one.parameter.neutral) / one.unit_size
         changed = self._with(one, {**dict(one.beside), one.parameter.name: value})
-        before = self._with(one, dict(one.beside)) if one.beside else self._nominal
+        beside = bool(one.beside or one.within)
+        before = self._with(one, dict(one.beside)) if beside else self._nominal
         if one.effect.id == "dvl_delay" and self._reads:
             wrench, late = self._late(float(read(changed, "dvl_delay")), share)
             return Departure(wrench / share, np.zeros((6, 6)), as_read, late)
@@ -117,15 +128,16 @@ class Claimed:
             added = pushed - without
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
-            if one.beside:
+            if beside:
                 added += demanded(packed, before, self.motion, still=True) + self._hull
         mass = (mass_of(changed) - mass_of(before)) / share
         return Departure(added / share, mass, as_read)
 
     def _with(self, one: Coordinate, values: Mapping[str, float]) -> FloatArray:
         """Parameter vector under values of the effect of a direction."""
-        spec = EffectSpec(one.effect.id, dict(values), one.target)
-        return settled(apply_effects(self.packed.vector, [spec], self.packed.context))
+        specs = [EffectSpec(one.effect.id, dict(values), one.target)]
+        specs += [] if one.within is None else [one.within]
+        return settled(apply_effects(self.packed.vector, specs, self.packed.context))
 
     def _thrust_of_misread(self, as_read: FloatArray) -> FloatArray:
         """Wrench (rows, 6) of commands at the velocity that is misread so (3, 6), less as read."""

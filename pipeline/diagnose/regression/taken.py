@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Added, partners
+from pipeline.diagnose.coordinates import Added, partners, scaled_by
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, all_at
@@ -62,7 +62,10 @@ def with_sizes(
             if large and claimed is not None:
                 values = {every[k].parameter.name: every[k].value(size[k]) for k in one.which}
                 first = every[large[0]]
-                beside[one.name] = partners(claimed.packed, first, values, known.directions)
+                beside[one.name] = (
+                    *partners(claimed.packed, first, values, known.directions),
+                    *scaled_by(first, values, known.directions, len(asked)),
+                )
             plain = [k for k in large if k < len(known.directions)]
             taken |= _together(known, [asked[run] for run in one.runs], plain, size)
     added = (*taken.values(), *(one for own in beside.values() for one in own))
@@ -74,12 +77,16 @@ def with_sizes(
 
 
 def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
-    """Add directions of changes that never are ordinary, nor what sound runs are off by."""
+    """Add directions of changes that never are ordinary, nor what sound runs are off by.
+
+    What a change goes with is ordinary as far as the file states it.
+    """
     if not added:
         return learned
     offset, ordinary = learned.offset, learned.ordinary
     count, more = ordinary.width.size, len(added)
     places = [*range(count), *(-1 if one.of is None else one.of for one in added)]
+    own = [one.direction.ordinary if one.direction.within else NEVER for one in added]
     none = np.zeros((len(offset.share), more))
     covariance = np.zeros((len(offset.share), count + more, count + more))
     covariance[:, :count, :count] = offset.covariance
@@ -91,7 +98,7 @@ def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
             mean=np.hstack([offset.mean, none]),
             covariance=covariance,
         ),
-        ordinary=replace(ordinary, width=np.concatenate([ordinary.width, np.full(more, NEVER)])),
+        ordinary=replace(ordinary, width=np.concatenate([ordinary.width, own])),
         sound=tuple(one.at(places) for one in learned.sound),
     )
 

@@ -261,7 +261,7 @@ def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], flo
     """
     found: dict[tuple[str, str | None], dict[str, int]] = {}
     for k, one in enumerate(directions):
-        if not one.effect.unstated:
+        if not one.effect.unstated and one.within is None:
             # the last of a name is taken at the size of a change
             found.setdefault((one.effect.id, one.target), {})[one.parameter.name] = k
     targets = Counter(effect for effect, _ in found)

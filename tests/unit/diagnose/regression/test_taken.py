@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis_cases import index_of, small_case, small_coordinates
 
-from pipeline.diagnose.coordinates import Added, partners
+from pipeline.diagnose.coordinates import Added, coordinates, partners, scaled_by
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.regression.grid import all_at, on_grids
 from pipeline.diagnose.regression.held_out import FileModel
@@ -14,10 +15,13 @@ from pipeline.diagnose.regression.ordinary import INEXACT
 from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.taken import with_sizes
 from pipeline.diagnose.regression.weigh import weighed
-from pipeline.effects.library import apply_effects
+from pipeline.effects.effect import AXES
+from pipeline.effects.library import apply_effects, effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.measured.demand import demanded, settled
+from pipeline.physics.parameters import write
 from pipeline.simulate.pack import mass_of
+from pipeline.types import FloatArray
 
 LAG_S = 0.9
 EFFECTS = ("thruster_lag", "thruster_degraded", "quadratic_damping")
@@ -79,6 +83,42 @@ def test_mass_volume_and_place_of_a_module_make_the_whole_of_it() -> None:
     assert more == pytest.approx(mass_of(changed) - mass_of(case.packed.vector), abs=1e-6)
     (whole,) = all_at([grid], added)
     assert whole.added.more.shape[1] == len(added)
+
+
+def test_an_added_mass_that_is_off_changes_what_turning_does() -> None:
+    case = small_case(seconds=8.0, manoeuvres=("zig_zag",))
+    uncertainty = case.vehicle.model and case.vehicle.model.uncertainty
+    assert uncertainty
+    vector = case.packed.vector.copy()
+    write(vector, "coriolis_fraction", 0.0)
+    packed = replace(
+        case.packed, vector=vector, context=replace(case.packed.context, coriolis=False)
+    )
+    library = {name: effects()[name] for name in ("added_mass", "coriolis_omitted")}
+    every = coordinates(packed, library, uncertainty)
+    turning = every[index_of(every, "coriolis_omitted:fraction")]
+    found = scaled_by(turning, {"fraction": 0.5}, every, 4)
+    assert [one.direction.parameter.name for one in found] == list(AXES)
+    sway, sized = found[1], every[index_of(every, "added_mass:sway")]
+    assert sway.direction.ordinary == pytest.approx(2.0 * sized.ordinary)
+    (grid,) = on_grids(packed, case.runs[0], case.vehicle.sensors, (), [0.1])
+    claimed = grid.claimed
+    assert claimed is not None
+    heavier = EffectSpec("added_mass", {"sway": sized.value(sway.size)})
+    turned = EffectSpec("coriolis_omitted", {"fraction": 0.5})
+
+    def moved(*specs: EffectSpec) -> FloatArray:
+        changed = settled(apply_effects(packed.vector, specs, packed.context))
+        force = -demanded(packed, changed, claimed.motion, still=True)
+        return np.asarray(force @ np.linalg.inv(mass_of(changed)))
+
+    change = moved(heavier, turned) - moved(heavier) - moved(turned) + moved()
+    departure = claimed.departure(sway.direction, sway.size)
+    predicted = sway.size * departure.wrench @ np.linalg.inv(mass_of(packed.vector))
+    # to the first order in the departure: the vehicle is a few per cent heavier
+    assert predicted == pytest.approx(change, abs=0.05 * np.abs(change).max())
+    assert np.abs(change[:, [0, 1, 5]]).max() > 1e-4
+    assert not departure.mass.any()
 
 
 def test_a_current_to_the_north_and_the_east_is_taken_as_one() -> None:
