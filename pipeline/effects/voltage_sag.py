@@ -17,7 +17,7 @@ thrusters work hard together (load_drop): then heave weakens while the vehicle d
 although no thruster is at fault. Easily taken for thrust deduction (a factor on thrust instead of
 on the code: hard to tell at a single code level) and for `advance_speed_loss` where speed and load
 always rise together; a static pull, or a logged voltage, separates them. Within a run the
-library's sag is constant; a battery that falls noticeably during a run is not covered.
+library's sag is constant; the diagnosis lets the drop grow along a run as a logged voltage tells.
 """
 
 from collections.abc import Mapping

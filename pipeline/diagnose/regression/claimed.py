@@ -16,6 +16,7 @@ import numpy as np
 
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.regression.misread import misread
+from pipeline.diagnose.regression.supply import course_of_drop
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.measured.completed import completed
@@ -126,6 +127,8 @@ class Claimed:
                 for vector in (changed, before)
             )
             added = pushed - without
+            if one.effect.id == "voltage_sag" and one.parameter.name == "drop":
+                added *= course_of_drop(self.run, self._sensors)[:, None]
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
             if beside:

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
+from pipeline.diagnose.case import Case
 from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.regression.claimed import Claimed
 from pipeline.diagnose.regression.directions import directions_of
-from pipeline.diagnose.regression.supply import supply_told
+from pipeline.diagnose.regression.supply import course_of_drop, supply_told
 from pipeline.effects.library import candidates
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
@@ -18,6 +20,7 @@ from pipeline.types import FloatArray
 @dataclass(frozen=True)
 class Told:
     run: RunTable
+    case: Case
     every: tuple[Coordinate, ...]
     supply: Callable[[RunTable], tuple[FloatArray, FloatArray]]
 
@@ -34,7 +37,9 @@ def told() -> Told:
     case = small_case(("voltage_sag:drop=0.1",), manoeuvres=("prbs",), seconds=20.0)
     every = directions_of(case.vehicle, case.packed, candidates(case.packed.context))
     sensors = case.vehicle.sensors
-    return Told(case.runs[0], every, lambda run: supply_told(case.packed, run, sensors, every))
+    return Told(
+        case.runs[0], case, every, lambda run: supply_told(case.packed, run, sensors, every)
+    )
 
 
 def test_a_drop_is_read_off_the_voltage_and_nothing_else_is(told: Told) -> None:
@@ -60,3 +65,27 @@ def test_without_a_voltage_nothing_is_said(told: Told) -> None:
     information, score = told.supply(replace(run, values=values))
     assert not information.any()
     assert not score.any()
+
+
+def test_the_thrust_that_a_battery_costs_grows_as_it_runs_down(told: Told) -> None:
+    case, run = told.case, told.run
+    assert case.vehicle.sensors is not None
+    assert case.vehicle.sensors.voltage is not None
+    nominal_v = case.vehicle.sensors.voltage.nominal_v
+    share = (run.time_s - run.time_s[0]) / (run.time_s[-1] - run.time_s[0])
+
+    def at(lacks: FloatArray) -> RunTable:
+        return replace(run, values=run.values | {"voltage": nominal_v * (1.0 - lacks)[:, None]})
+
+    falls, level = at(0.2 * share), at(np.full(share.size, 0.1))
+    course = course_of_drop(falls, case.vehicle.sensors)
+    assert course == pytest.approx(2.0 * share, abs=0.05)
+    drop = next(one for one in told.every if one.name == "voltage_sag:drop")
+    sags, constant = (
+        Claimed(case.packed, one, case.vehicle.sensors).departure(drop, 0.1).wrench
+        for one in (falls, level)
+    )
+    assert np.abs(constant).max() > 1.0
+    assert sags == pytest.approx(constant * course[:, None], abs=0.01 * np.abs(constant).max())
+    # a supply that is as it should be tells no course
+    assert course_of_drop(at(0.001 * share), case.vehicle.sensors) == pytest.approx(1.0)
