@@ -11,7 +11,7 @@ with the variance of Hartung and Knapp 2001, Stat. Med. 20, 3875-3889, never nar
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -44,28 +44,13 @@ class Doubt:
 
 
 @dataclass(frozen=True)
-class Estimates:
-    """Gains (n,) with standard errors and degrees of freedom (n,)."""
-
-    value: FloatArray
-    std: FloatArray
-    degrees: FloatArray
-
-    @cached_property
-    def half_width(self) -> FloatArray:
-        """Half of the 95 % intervals (n,)."""
-        degrees = {one: student_95(max(int(one), 1)) for one in np.unique(self.degrees).tolist()}
-        return np.asarray(self.std * [degrees[one] for one in self.degrees.tolist()])
-
-
-@dataclass(frozen=True)
-class Pooled:
+class Gain:
     """A gain that `runs` tell: mean, standard error, degrees of freedom, scatter between them."""
 
     mean: float
     std: float
     degrees: int
-    between: float
+    between: float = 0.0
     runs: tuple[str, ...] = ()
 
     @property
@@ -77,6 +62,11 @@ class Pooled:
     def ci95(self) -> tuple[float, float]:
         """The 95 % interval."""
         return self.mean - self.half_width, self.mean + self.half_width
+
+
+#: (thruster, axis) -> the gain, and what sound runs gave.
+Gains = dict[tuple[str, str], Gain]
+References = Mapping[tuple[str, str], GainReference]
 
 
 def moving(levers: FloatArray) -> BoolArray:
@@ -105,8 +95,8 @@ def log_evidence(
     )
 
 
-def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> Estimates:
-    """Estimate the gain of each thruster along an axis (n,), where the axis is moved at all."""
+def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gains of the thrusters along an axis that is moved at all, and standard errors, (n,)."""
     lever, there = levers[axis.axis], moving(levers)[axis.axis]
     size = np.where(there, np.abs(lever), typical(levers)[axis.axis])
     mean = np.where(there, lever, 0.0)
@@ -118,16 +108,17 @@ def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> Estimates:
     covariance = np.linalg.solve(inner, best)
     beta = mean + covariance @ (axis.vector - axis.information @ mean)
     unit = np.where(there, lever, size)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0)) / size
-    return Estimates(beta / unit, std, np.full(len(mean), axis.degrees))
+    return beta / unit, np.sqrt(np.maximum(np.diag(covariance), 0.0)) / size
 
 
-def joint_gains(run: RunLikelihood, levers: FloatArray, doubt: Doubt) -> Estimates:
-    """Estimate one gain of each thruster from all axes together (n,)."""
+def joint_gains(
+    run: RunLikelihood, levers: FloatArray, doubt: Doubt
+) -> tuple[FloatArray, FloatArray]:
+    """One gain of each thruster from all axes together, and standard errors, (n,)."""
     count = levers.shape[1]
     there, size = moving(levers), typical(levers)
-    gains = np.ones(count)
-    precision = np.zeros((count + 6, count + 6))
+    gains: FloatArray = np.ones(count)
+    covariance: FloatArray = np.zeros((0, 0))
     prior = np.concatenate([np.full(count, PRIOR_STD**-2), np.full(6, doubt.axis**-2)])
     for _ in range(3):
         precision = np.diag(prior)
@@ -146,14 +137,12 @@ def joint_gains(run: RunLikelihood, levers: FloatArray, doubt: Doubt) -> Estimat
             known = np.linalg.solve(inner, np.column_stack([axis.information, axis.vector]))
             precision += design.T @ known[:, :-1] @ design
             vector += design.T @ known[:, -1]
-        covariance = np.linalg.inv(0.5 * (precision + precision.T))
+        covariance = np.asarray(np.linalg.inv(0.5 * (precision + precision.T)), float)
         gains = (covariance @ vector)[:count]
-    std = np.sqrt(np.diag(covariance)[:count])
-    degrees = max((axis.degrees for axis in run.axes), default=3.0)
-    return Estimates(gains, std, np.full(count, degrees))
+    return gains, np.sqrt(np.diag(covariance)[:count])
 
 
-def pool(values: Sequence[float], stds: Sequence[float], least_between: float = 0.0) -> Pooled:
+def pool(values: Sequence[float], stds: Sequence[float], least_between: float = 0.0) -> Gain:
     """Pool a gain over runs by random effects.
 
     `least_between` is the standard deviation between runs that is taken at least: one or two runs
@@ -180,16 +169,16 @@ def pool(values: Sequence[float], stds: Sequence[float], least_between: float = 
     if count > 2:
         scatter = float(weight @ (y - mean) ** 2) / (count - 1)
         variance *= max(scatter, 1.0)
-    return Pooled(mean, variance**0.5, count - 1 if count > 2 else 0, between**0.5)
+    return Gain(mean, variance**0.5, count - 1 if count > 2 else 0, between**0.5)
 
 
 @dataclass(frozen=True)
 class RunGains:
-    """Everything of one run: likelihood, gains by axis (axis -> (n,)), and on all axes."""
+    """Everything of one run: likelihood, every gain, and of these what is known well enough."""
 
     likelihood: RunLikelihood
-    by_axis: Mapping[str, Estimates]
-    joint: Estimates
+    gains: Gains
+    told: Gains
     heading: HeadingCheck | None
 
     @property
@@ -197,28 +186,30 @@ class RunGains:
         """Name of the run."""
         return self.likelihood.run
 
-    @property
-    def every(self) -> Mapping[str, Estimates]:
-        """Gains of all axes together and of each."""
-        return {ALL: self.joint, **self.by_axis}
-
-    def judged(self, estimates: Estimates) -> BoolArray:
-        """Tell which thrusters (n,) are known well enough to say anything of."""
-        return self.likelihood.excited & (estimates.half_width < WIDEST)
-
-    def rows(self, names: Sequence[str]) -> "Rows":
-        """Gains that the run tells, of thrusters of these `names`."""
-        return {
-            (names[i], axis): Pooled(value, std, max(int(degrees), 1), 0.0, (self.name,))
-            for axis, own in self.every.items()
-            for i in np.flatnonzero(self.judged(own)).tolist()
-            for value, std, degrees in [(float(own.value[i]), float(own.std[i]), own.degrees[i])]
-        }
-
-
-#: (thruster, axis) -> the gain, and what sound runs gave.
-Rows = dict[tuple[str, str], Pooled]
-References = Mapping[tuple[str, str], GainReference]
+    @classmethod
+    def of(
+        cls,
+        run: RunLikelihood,
+        names: Sequence[str],
+        levers: FloatArray,
+        doubt: Doubt,
+        heading: HeadingCheck | None,
+    ) -> Self:
+        """Estimate the gains of thrusters of these `names` on all axes together and on each."""
+        degrees = max((axis.degrees for axis in run.axes), default=3.0)
+        found = {ALL: (*joint_gains(run, levers, doubt), degrees)}
+        for axis in run.axes:
+            if typical(levers)[axis.axis] > 0.0:
+                found[axis.name] = (*axis_gains(axis, levers), axis.degrees)
+        gains, told = Gains(), Gains()
+        for axis_name, (values, stds, degrees) in found.items():
+            every = zip(names, values.tolist(), stds.tolist(), run.excited.tolist(), strict=True)
+            for name, value, std, excited in every:
+                one = Gain(value, std, max(int(degrees), 1), runs=(run.run,))
+                gains[name, axis_name] = one
+                if excited and one.half_width < WIDEST:
+                    told[name, axis_name] = one
+        return cls(run, gains, told, heading)
 
 
 @dataclass(frozen=True)
@@ -239,11 +230,11 @@ class GainSet:
             return True
         return bool(moving(self.levers)[AXES.index(axis), self.names.index(thruster)])
 
-    def pooled(self, least_between: float = 0.0) -> Rows:
+    def pooled(self, least_between: float = 0.0) -> Gains:
         """Pool each gain over the runs that tell it."""
-        told: dict[tuple[str, str], list[Pooled]] = {}
+        told: dict[tuple[str, str], list[Gain]] = {}
         for run in self.runs:
-            for key, row in run.rows(self.names).items():
+            for key, row in run.told.items():
                 told.setdefault(key, []).append(row)
         return {
             key: replace(

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.effects.effect import AXES
-from pipeline.identify.gain_estimates import ALL, GainSet, Pooled, References, Rows, pool, typical
+from pipeline.identify.gain_estimates import ALL, Gain, Gains, GainSet, References, pool, typical
 from pipeline.identify.gain_tests import (
     FALSE_ALARMS,
     ORDINARY_COUPLING,
@@ -62,8 +62,7 @@ def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
         # what runs differ by that nobody logged is ordinary too: of the others, for want of more
         rest = replace(asked, runs=tuple(one for one in asked.runs if one is not run)).pooled()
         apart = {name: one.between for (name, axis), one in rest.items() if axis == ALL}
-        rows, sound = run.rows(asked.names), known.apart_from(run.name)
-        questions += _of_thrusters(asked, sound, rows, apart)
+        questions += _of_thrusters(asked, known.apart_from(run.name), run.told, apart)
     if len(asked.runs) > 1:
         rows = {
             key: one for key, one in asked.pooled().items() if key[1] != ALL or len(one.runs) > 1
@@ -74,7 +73,7 @@ def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
 
 
 def _of_thrusters(
-    asked: GainSet, sound: References, rows: Rows, between: Mapping[str, float]
+    asked: GainSet, sound: References, rows: Gains, between: Mapping[str, float]
 ) -> list[GainQuestion]:
     """Ask of each thruster that `rows` tell on all axes together; `between`: ordinary scatter."""
     joint = {
@@ -134,7 +133,7 @@ def _std_of(sound: GainReference) -> float:
 
 
 def _dead(
-    asked: GainSet, sound: References, name: str, told: Mapping[str, Pooled], alive: float
+    asked: GainSet, sound: References, name: str, told: Mapping[str, Gain], alive: float
 ) -> float:
     """Return the chance that a thruster that is not dead gives so little.
 
@@ -218,8 +217,7 @@ def _common_scales(asked: GainSet, known: GainSet) -> list[GainQuestion]:
     """Ask whether all thrusters of a run give more or less than in the reference, alike."""
     questions = []
     for run in asked.runs:
-        sound = known.apart_from(run.name)
-        rows = run.rows(asked.names)
+        sound, rows = known.apart_from(run.name), run.told
         both = [
             (rows[name, ALL], sound[name, ALL])
             for name in asked.names

@@ -16,9 +16,6 @@ from pipeline.identify.gain_estimates import (
     GainSet,
     References,
     RunGains,
-    axis_gains,
-    joint_gains,
-    typical,
 )
 from pipeline.identify.gain_findings import findings_of
 from pipeline.identify.gain_tests import FALSE_ALARMS
@@ -48,11 +45,8 @@ def _regressed(
         except CannotComputeError as error:
             why_not[run.name] = str(error)
             continue
-        size = typical(arms)
-        by_axis = {one.name: axis_gains(one, arms) for one in told.axes if size[one.axis] > 0.0}
-        joint = joint_gains(told, arms, doubt)
         heading = heading_check(packed, run, told.delay_s)
-        found.append(RunGains(told, by_axis, joint, heading))
+        found.append(RunGains.of(told, packed.thruster_names, arms, doubt, heading))
     return GainSet(packed.thruster_names, arms, doubt, tuple(found), why_not)
 
 
@@ -110,27 +104,25 @@ def gains_of(
 
 
 def _rows(asked: GainSet, run: RunGains, sound: References) -> list[ThrusterGain]:
+    excited = dict(zip(asked.names, run.likelihood.excited.tolist(), strict=True))
     found = []
-    for axis, own in run.every.items():
-        judged = run.judged(own)
-        for i, name in enumerate(asked.names):
-            moves, excited = asked.moves(name, axis), bool(run.likelihood.excited[i])
-            value, std, half = (float(one[i]) for one in (own.value, own.std, own.half_width))
-            why = "" if judged[i] else "commanded together with others, or too little"
-            known = sound.get((name, axis)) if judged[i] and moves else None
-            found.append(
-                ThrusterGain(
-                    run=run.name,
-                    thruster=name,
-                    axis=axis,
-                    moves=moves,
-                    value=value if excited else None,
-                    ci95=(value - half, value + half) if excited else None,
-                    judged=bool(judged[i]),
-                    why_not=why if excited else "not commanded",
-                    reference=against(known, value, std, half),
-                )
+    for (name, axis), own in run.gains.items():
+        moves, judged = asked.moves(name, axis), (name, axis) in run.told
+        why = "" if judged else "commanded together with others, or too little"
+        known = sound.get((name, axis)) if judged and moves else None
+        found.append(
+            ThrusterGain(
+                run=run.name,
+                thruster=name,
+                axis=axis,
+                moves=moves,
+                value=own.mean if excited[name] else None,
+                ci95=own.ci95 if excited[name] else None,
+                judged=judged,
+                why_not=why if excited[name] else "not commanded",
+                reference=against(known, own.mean, own.std, own.half_width),
             )
+        )
     return found
 
 

@@ -28,54 +28,61 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 #: A row whose leverage is so many times the mean counts less.
-LEVERAGE = 3.0
+_LEVERAGE = 3.0
 
 
-def bounded(partial: FloatArray) -> FloatArray:
+@dataclass(frozen=True)
+class _System:
+    """Rows of one axis: response = thrust beta + known terms of prior deviations `held`.
+
+    `known` (k, t), `size` (t,) the terms' root mean squares, `thrust` (k, n), `response` (k,).
+    """
+
+    known: FloatArray
+    size: FloatArray
+    held: FloatArray
+    thrust: FloatArray
+    response: FloatArray
+
+    def solved(
+        self, weight: FloatArray, noise: float
+    ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+        """Solve for beta with the known terms taken off, at a variance of the `noise`.
+
+        The thrusts that are left (k, n), beta (n,), the variance of what it leaves, and that (k,).
+        """
+        scaled = self.known / self.size
+        weighted = weight[:, None] * scaled
+        normal = scaled.T @ weighted
+        # a whisker for terms that go together: what each of them gets is of no account
+        normal[np.diag_indices_from(normal)] += (
+            noise / (self.held * self.size) ** 2 + 1e-9 * self.response.size
+        )
+        both = np.column_stack([self.thrust, self.response])
+        both = both - scaled @ np.linalg.solve(normal, weighted.T @ both)
+        partial, rest = both[:, :-1], both[:, -1]
+        weighted = weight[:, None] * partial
+        beta = np.linalg.solve(_lifted(partial.T @ weighted), weighted.T @ rest)
+        error = rest - partial @ beta
+        degrees = max(float(weight.sum()) - partial.shape[1] - self.size.size, 1.0)
+        left = max(float((weight * error**2).sum()) / degrees, 1e-300)
+        return partial, np.asarray(beta, float), left, error
+
+
+def _lifted(normal: FloatArray) -> FloatArray:
+    """Return normal equations that can be solved where regressors go together."""
+    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
+    return normal
+
+
+def _bounded(partial: FloatArray) -> FloatArray:
     """Weights (k,) of rows that bound how much of the answer rests on a single one."""
-    normal = partial.T @ partial
-    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
-    leverage = np.sum(partial * np.linalg.solve(normal, partial.T).T, axis=1)
-    return np.asarray(
-        np.minimum(1.0, LEVERAGE * leverage.mean() / np.maximum(leverage, 1e-300)), float
-    )
+    spread = np.linalg.solve(_lifted(partial.T @ partial), partial.T).T
+    leverage = np.maximum(np.sum(partial * spread, axis=1), 1e-300)
+    return np.asarray(np.minimum(1.0, _LEVERAGE * np.mean(leverage) / leverage), float)
 
 
-def less_known(  # noqa: PLR0917  one system of equations
-    known: FloatArray,
-    size: FloatArray,
-    held: FloatArray,
-    thrust: FloatArray,
-    response: FloatArray,
-    weight: FloatArray,
-    noise: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Take what the known terms explain off the thrusts and the left side."""
-    scaled = known / size
-    weighted = weight[:, None] * scaled
-    normal = scaled.T @ weighted
-    # a whisker for terms that go together: what each of them gets is of no account
-    normal[np.diag_indices_from(normal)] += noise / (held * size) ** 2 + 1e-9 * len(response)
-    both = np.column_stack([thrust, response])
-    both = both - scaled @ np.linalg.solve(normal, weighted.T @ both)
-    return both[:, :-1], both[:, -1]
-
-
-def solve(
-    partial: FloatArray, rest: FloatArray, weight: FloatArray, terms: int
-) -> tuple[FloatArray, float, FloatArray]:
-    """Solve for beta; also the variance of what it leaves, and that."""
-    weighted = weight[:, None] * partial
-    normal = partial.T @ weighted
-    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
-    beta = np.linalg.solve(normal, weighted.T @ rest)
-    error = rest - partial @ beta
-    degrees = max(float(weight.sum()) - partial.shape[1] - terms, 1.0)
-    noise = max(float((weight * error**2).sum()) / degrees, 1e-300)
-    return np.asarray(beta, float), noise, error
-
-
-def widened(information: FloatArray, scores: FloatArray, label: IntArray) -> FloatArray:
+def _widened(information: FloatArray, scores: FloatArray, label: IntArray) -> FloatArray:
     """Take from each direction what its scores vary more over blocks than independent ones do."""
     _, where = np.unique(label, return_inverse=True)
     blocks = int(where.max()) + 1
@@ -306,23 +313,20 @@ def _axis(  # noqa: PLR0917  one equation
     held = np.full(known.shape[1], _BEFORE_STD * max(float(np.abs(lever).max()), 1e-3))
     held[:plain] = _TERM_STD * signal / size[:plain]
     weight = np.ones(len(rows))
-    noise = float(np.var(response))
-    system = (known, size, held, now[rows][:, moved], response)
-    partial, rest = less_known(*system, weight, noise)
-    beta, noise, error = solve(partial, rest, weight, known.shape[1])
+    system = _System(known, size, held, now[rows][:, moved], response)
+    partial, beta, noise, error = system.solved(weight, float(np.var(response)))
     for _ in range(passes - 1):
         scale = float(np.median(np.abs(error))) / 0.6745
         weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(error), 1e-300))
-        weight *= bounded(partial)
-        partial, rest = less_known(*system, weight, noise)
-        beta, noise, error = solve(partial, rest, weight, known.shape[1])
+        weight *= _bounded(partial)
+        partial, beta, noise, error = system.solved(weight, noise)
     information, vector = np.zeros((count, count)), np.zeros(count)
     block = rows // max(round(_BLOCK_S / (fixed.width * motion.period_s)), 1)
     part = (weight[:, None] * partial).T @ partial / noise
     # no run is so long that a curve or an inflow that is off would average out
     course = _COURSE**2 * float(np.mean((now[rows] * lever) ** 2, axis=0).sum())
     course = 1.0 + float(weight.sum()) * course / noise
-    part = widened(part, (weight * error / noise)[:, None] * partial, block) / course
+    part = _widened(part, (weight * error / noise)[:, None] * partial, block) / course
     information[np.ix_(moved, moved)] = part
     vector[moved] = part @ beta
     blocks = int(np.unique(block).size)

@@ -10,8 +10,9 @@ from bundled_models import bundled, mmt300_bench
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.identify.gain_estimates import (
+    ALL,
     Doubt,
-    Estimates,
+    Gain,
     GainSet,
     RunGains,
     log_evidence,
@@ -134,14 +135,14 @@ SURE, NOTHING = (1.0, 0.1), (0.05, 0.05)
 
 def gains_told(name: str, *gains: tuple[float, float], **axes: tuple[float, float]) -> RunGains:
     """A run of two thrusters of `LEVERS`: gains on all axes, and of the left one by axis."""
-
-    def estimates(*rows: tuple[float, float]) -> Estimates:
-        value, std = np.array(rows).T
-        return Estimates(value, std, np.full(2, 30.0))
-
     likelihood = RunLikelihood(name, (), 0.0, np.ones(2), np.ones(2, bool), {})
-    by_axis = {axis: estimates(left, SURE) for axis, left in axes.items()}
-    return RunGains(likelihood, by_axis, estimates(*gains), None)
+    by_axis = {ALL: gains} | {axis: (left, SURE) for axis, left in axes.items()}
+    told = {
+        (thruster, axis): Gain(*own, 30, runs=(name,))
+        for axis, both in by_axis.items()
+        for thruster, own in zip(("left", "right"), both, strict=True)
+    }
+    return RunGains(likelihood, told, told, None)
 
 
 def kinds(asked: RunGains, *sound: RunGains) -> set[str]:
