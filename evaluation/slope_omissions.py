@@ -20,8 +20,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.effects.effect import EffectContext
-from pipeline.identify.slope_regression import plain_slope
 from pipeline.identify.smoothing import smooth, smoother_of_bandwidth
+from pipeline.identify.straight_line import plain_slope
 from pipeline.physics.added_mass_shapes import potapov_galyaev
 from pipeline.physics.parameters import neutral_vector, write
 from pipeline.simulate.pack import PackedVehicle

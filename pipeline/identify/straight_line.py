@@ -6,6 +6,11 @@ On a straight stretch without rotation, with whatever else acts constant (their 
 
 with acceleration and thrust filtered alike (`straight_line_samples`). Beside it the regression with
 the terms that the equation omits, over all samples, turns included.
+
+The samples overlap (a smoother made them), so no interval counts them as independent: it is that of
+leaving out one block of them at a time, with Student's t for the number of blocks (`blocks_of`).
+Noise in the thrust pulls a slope towards zero: over the reliability of the thrust,
+1 - s_tau^2 / var(tau), it is free of that (Fuller 1987, section 1.1).
 """
 
 from collections.abc import Sequence
@@ -14,15 +19,9 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.slope_regression import (
-    UNITS,
-    least_squares,
-    plain_slope,
-    reliability,
-    usable_terms,
-)
+from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear
 from pipeline.identify.smoothing import Method
-from pipeline.identify.straight_line_samples import filtered_samples
+from pipeline.identify.straight_line_samples import UNITS, WEIGHT, Samples, filtered_samples
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     RegressionTerm,
@@ -43,6 +42,19 @@ THRUST_SCATTER = 0.02
 MOST_POINTS = 400
 #: A shift of the total mass by the omitted terms that is worth a warning.
 NOTABLE_SHIFT = 0.1
+#: Lengths of a block that are tried, in lags of the smoother, until every block can be left out.
+#: Longer blocks depend on each other less, and are fewer.
+_BLOCK_LAGS = (10, 5, 2, 1)
+#: The least that a scatter between blocks is taken from where one stretch is all there is.
+_FEWEST_BLOCKS = 4
+#: A regressor counts if at least this share of it is not in the others already.
+OWN_SHARE = 0.02
+#: Largest coefficients to expect: of rotation (m + A_jj) / (m + A_ii), of the weight along the axis
+#: (W - B) / M at 2 % residual buoyancy [m/s^2]. Drag and walls are always asked for.
+_LARGEST = {"rotation": 3.0, WEIGHT: 0.2}
+#: A term that at its largest moves the acceleration by less than this share of its noise is left
+#: out: its coefficient could only be noise.
+_NOTICEABLE = 0.1
 
 
 def straight_line(
@@ -64,25 +76,32 @@ def straight_line(
         Without velocity, or where no stretch is straight, or the thrust does not vary in them.
     """
     along = AXES.index(axis)
-    found, segments, stretch_count = [], [], 0
+    found: list[Samples] = []
     for run in runs:
-        samples, stretches = filtered_samples(
-            packed, sensors, run, along=along, method=method, bandwidth_hz=bandwidth_hz
+        count = sum(len(one.segments) for one in found)
+        found.append(
+            filtered_samples(
+                packed,
+                sensors,
+                run,
+                along=along,
+                method=method,
+                bandwidth_hz=bandwidth_hz,
+                first_number=count,
+            )
         )
-        numbered = np.where(samples.stretch >= 0, samples.stretch + stretch_count, -1)
-        stretch_count += len(stretches)
-        found.append((samples, numbered))
-        segments += stretches
-    stretch, acceleration, thrust, valid, run_number = (
-        np.concatenate(column)
-        for column in zip(
-            *(
-                (number, s.acceleration, s.thrust, s.valid, np.full(s.thrust.size, k))
-                for k, (s, number) in enumerate(found)
-            ),
-            strict=True,
+    stretch, run_number = (
+        np.concatenate(numbers)
+        for numbers in (
+            [one.stretch for one in found],
+            [np.full(one.stretch.size, k) for k, one in enumerate(found)],
         )
     )
+    acceleration, thrust = (
+        np.concatenate([getattr(one, name) for one in found]) for name in ("acceleration", "thrust")
+    )
+    valid = np.concatenate([one.valid for one in found])
+    segments = tuple(segment for one in found for segment in one.segments)
     inside = stretch >= 0
     if inside.sum() < 10:
         raise CannotComputeError(
@@ -90,9 +109,8 @@ def straight_line(
             "enough (see the thresholds in docs/methods/identification.md); fly surge_steps, or "
             "use the whole-vehicle fit"
         )
-    smoother = found[0][0].smoother
+    smoother, noise = found[0].smoother, found[0].noise
     lags = smoother.derivative.size
-    noise = found[0][0].noise
     scatter = THRUST_SCATTER * float(np.sqrt(np.mean(thrust[inside] ** 2)))
     mass = _dry_mass(packed, runs)
     slope = plain_slope(thrust[inside], acceleration[inside], stretch[inside], lags)
@@ -104,9 +122,9 @@ def straight_line(
         estimate(name, value / share, ends / share, mass, note),
     )
     terms = {
-        name: np.concatenate([s.terms[name] for s, _ in found])[valid]
-        for name in found[0][0].terms
-        if all(name in s.terms for s, _ in found)
+        name: np.concatenate([one.terms[name] for one in found])[valid]
+        for name in found[0].terms
+        if all(name in one.terms for one in found)
     }
     # gaps may leave no sample at which all terms are known
     used = usable_terms(thrust[valid], terms, noise) if valid.any() else ()
@@ -118,7 +136,7 @@ def straight_line(
     return StraightLineIdentification(
         vehicle=packed.name,
         axis=axis,
-        segments=tuple(segments),
+        segments=segments,
         seconds=float(sum(one.to_s - one.from_s for one in segments)),
         smoother=f"{smoother.method.replace('_', ' ')} over {smoother.length_s:.2f} s",
         bandwidth_hz=smoother.derivative_bandwidth_hz,
@@ -132,6 +150,92 @@ def straight_line(
         warnings=_warnings(plain, full),
         points=pairs[:: -(-len(pairs) // MOST_POINTS)].round(6).tolist(),
     )
+
+
+def blocks_of(stretch: IntArray, length: int) -> IntArray:
+    """Cut stretches (m,), ascending, into blocks of about `length` samples, and number them (m,).
+
+    No block spans two stretches; a short one is a block as it is.
+
+    Examples
+    --------
+    >>> blocks_of(np.array([0, 0, 0, 0, 1]), 2).tolist()
+    [0, 0, 1, 1, 2]
+    """
+    _, sizes = np.unique(stretch, return_counts=True)
+    least = _FEWEST_BLOCKS if sizes.size == 1 else 1
+    parts, first = [], 0
+    for size in sizes.tolist():
+        count = min(max(round(size / length), least), size)
+        parts.append(first + np.arange(size) * count // size)
+        first += count
+    return np.concatenate(parts)
+
+
+def least_squares(
+    design: FloatArray, response: FloatArray, stretch: IntArray, lags: int
+) -> LinearFit:
+    """Ordinary least squares with a covariance that honours autocorrelation within stretches.
+
+    The thrust is the first of the regressors `design` (m, k), the constant is among them. `stretch`
+    (m,) labels samples, ascending; nothing correlates across stretches, and up to `lags` samples
+    residuals go together.
+
+    Raises
+    ------
+    CannotComputeError
+        With too few samples, or regressors that depend on each other or show in one place alone.
+    """
+    every = Judgement(np.zeros(response.size), np.zeros(response.size, bool))
+    for size in _BLOCK_LAGS:
+        block = blocks_of(stretch, size * lags)
+        try:
+            found = fit_linear(design, response, clusters=block, judged=every)
+        except CannotComputeError as error:
+            raise CannotComputeError(f"acceleration against thrust: {error}") from None
+        if found.clustered:
+            return found
+    raise CannotComputeError("the thrust, or what acts beside it, varies in a single moment alone")
+
+
+def plain_slope(
+    thrust: FloatArray, acceleration: FloatArray, stretch: IntArray, lags: int
+) -> LinearFit:
+    """Least-squares slope with a common constant, eq. (4) of Potapov and Galyaev: the first one."""
+    design = np.column_stack([thrust, np.ones_like(thrust)])
+    return least_squares(design, acceleration, stretch, lags)
+
+
+def reliability(thrust: FloatArray, thrust_noise: float) -> float:
+    """Share of the thrust's variance that is signal, not noise; not below 0.05."""
+    return float(max(1.0 - thrust_noise**2 / max(float(np.var(thrust)), 1e-300), 0.05))
+
+
+def usable_terms(
+    thrust: FloatArray, terms: dict[str, FloatArray], acceleration_noise: float
+) -> tuple[str, ...]:
+    """Names of the terms that vary enough to be seen, and not only together with the others.
+
+    A term enters if at least `OWN_SHARE` of its variation is left after the thrust, a constant and
+    the terms before it are taken out, and if it could move the acceleration noticeably. Terms (m,)
+    are filtered as the acceleration, whose noise is in m/s^2.
+    """
+    columns = [thrust, np.ones_like(thrust)]
+    used = []
+    for name, signal in terms.items():
+        varies = float(np.linalg.norm(signal - signal.mean()))
+        kind = "rotation" if " rate" in name else name
+        largest = _LARGEST.get(kind, np.inf) * varies / np.sqrt(max(signal.size, 1))
+        if varies <= 1e-9 * max(float(np.linalg.norm(signal)), 1e-9):
+            continue
+        if largest < _NOTICEABLE * acceleration_noise:
+            continue
+        basis, _ = np.linalg.qr(np.column_stack(columns))
+        rest = signal - basis @ (basis.T @ signal)
+        if float(np.linalg.norm(rest)) > OWN_SHARE * varies:
+            used.append(name)
+            columns.append(signal)
+    return tuple(used)
 
 
 def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:

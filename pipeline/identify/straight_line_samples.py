@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import was_measured
 from pipeline.identify.manoeuvre_signals import stretches
-from pipeline.identify.slope_regression import omitted_terms, terms_known
 from pipeline.identify.smoothing import (
     Method,
     Smoother,
@@ -22,8 +22,9 @@ from pipeline.identify.smoothing import (
     white_noise_std,
 )
 from pipeline.identify.windows import readings_of
+from pipeline.physics.parameters import read
 from pipeline.records.identification import StraightSegment
-from pipeline.records.run_table import RunTable, angles
+from pipeline.records.run_table import RunTable, angles, down_axis
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -37,6 +38,14 @@ DRIFT, DRIFT_MPS = 0.10, 0.03
 TILT_RAD = 0.10
 #: Shorter stretches are left out. [s]
 SHORTEST_S = 4.0
+WEIGHT, WALLS = "weight along the axis", "nearness of walls x thrust"
+#: Units of the coefficients that are no plain ratio.
+UNITS = {"linear drag": "1/s", "quadratic drag": "1/m", WEIGHT: "m/s^2", WALLS: "1/kg"}
+_ROTATION = (
+    (("sway speed x yaw rate", 1, 2, 1.0), ("heave speed x pitch rate", 2, 1, -1.0)),
+    (("surge speed x yaw rate", 0, 2, -1.0), ("heave speed x roll rate", 2, 0, 1.0)),
+    (("sway speed x roll rate", 1, 0, -1.0), ("surge speed x pitch rate", 0, 1, 1.0)),
+)
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,7 @@ class Samples:
 
     All (k,) at the readings' times; `stretch` is the number of the straight stretch, -1 outside;
     `valid` is False where a gap of what the terms are made of is within the filter's length.
+    `noise` is that of the acceleration [m/s^2], `segments` are the straight stretches.
     """
 
     acceleration: FloatArray
@@ -54,6 +64,7 @@ class Samples:
     valid: BoolArray
     noise: float
     smoother: Smoother
+    segments: tuple[StraightSegment, ...]
 
 
 def filtered_samples(
@@ -64,8 +75,11 @@ def filtered_samples(
     along: int,
     method: Method,
     bandwidth_hz: float,
-) -> tuple[Samples, list[StraightSegment]]:
-    """Filter one run's readings and find its straight stretches; arguments as of `straight_line`.
+    first_number: int = 0,
+) -> Samples:
+    """Filter one run's readings and find its straight stretches, numbered from `first_number` on.
+
+    The other arguments are as of `straight_line`.
 
     Raises
     ------
@@ -116,21 +130,18 @@ def filtered_samples(
     number = np.full(len(readings), -1)
     for k, one in enumerate(straight):
         inside = (time_s >= one.from_s + half) & (time_s <= one.to_s - half)
-        number[inside & smoothed.valid] = k
-    terms = omitted_terms(packed, run, velocity, wrench[:, along], along)
-    # the terms have zeros in the gaps of what they are made of, and the filter spreads them
-    known = _all_within(terms_known(run, terms), run.time_s, time_s, half)
-    return (
-        Samples(
-            smoothed.derivative[:, along],
-            filtered(wrench[:, along]),
-            {name: filtered(signal) for name, signal in terms.items()},
-            number,
-            smoothed.valid & known,
-            noise * smoother.derivative_noise_gain,
-            smoother,
-        ),
-        straight,
+        number[inside & smoothed.valid] = first_number + k
+    terms, there = omitted_terms(packed, run, velocity, wrench[:, along], along)
+    # the filter spreads the zeros that the terms have in gaps
+    return Samples(
+        smoothed.derivative[:, along],
+        filtered(wrench[:, along]),
+        {name: filtered(signal) for name, signal in terms.items()},
+        number,
+        smoothed.valid & _all_within(there, run.time_s, time_s, half),
+        noise * smoother.derivative_noise_gain,
+        smoother,
+        tuple(straight),
     )
 
 
@@ -197,3 +208,42 @@ def _level(run: RunTable) -> BoolArray:
         return np.ones(run.time_s.size, bool)
     tilt = np.abs(angles(run.values["attitude"])[:, :2]).max(axis=1)
     return np.asarray(run.valid["attitude"] & (tilt <= TILT_RAD))
+
+
+def omitted_terms(
+    packed: PackedVehicle, run: RunTable, velocity: FloatArray, thrust: FloatArray, along: int
+) -> tuple[dict[str, FloatArray], BoolArray]:
+    """Regressors (m,) of one axis at every row of a run, and where all of them are known (m,).
+
+    Rotation: the parts of -(omega x v), each with its own coefficient, as the added masses of the
+    other axes are not this one's. Drag: -v and -v|v|. Buoyancy: the component of "down" along the
+    axis. Walls: the nearness sum (R / distance)^3 times the thrust, where the vehicle file states
+    walls and the run has a position: 1 / (m + A (1 + c s)) is 1 / M - s c A / M^2 to first order.
+    `velocity` (m, 3) is that of the body origin [m/s], `thrust` (m,) goes along the axis [N].
+    Where something is not known a term holds zeros, and whatever is taken over such a row is not to
+    be used.
+    """
+    omega, known = np.nan_to_num(run.values["angular_velocity"]), run.valid["angular_velocity"]
+    v = velocity[:, along]
+    terms = {
+        name: sign * velocity[:, speed] * omega[:, rate]
+        for name, speed, rate, sign in _ROTATION[along]
+    }
+    terms["linear drag"] = -v
+    terms["quadratic drag"] = -v * np.abs(v)
+    if was_measured(run, "attitude"):
+        terms[WEIGHT] = down_axis(np.nan_to_num(run.values["attitude"]))[:, along]
+        known = known & run.valid["attitude"]
+    walls = int(read(packed.vector, "wall_count"))
+    if walls and was_measured(run, "position"):
+        points = read(packed.vector, "wall_point")[:walls]
+        normals = read(packed.vector, "wall_normal")[:walls]
+        radius = float(read(packed.vector, "wall_radius"))
+        place = np.nan_to_num(run.values["position"])
+        distance = np.einsum("mkj,kj->mk", place[:, None, :] - points, normals)
+        near = np.sum((radius / np.maximum(distance, radius)) ** 3, axis=1)
+        # a vehicle beyond a wall: the walls of the file are not those of this run
+        if distance[run.valid["position"]].min(initial=np.inf) > 0.0:
+            terms[WALLS] = near * thrust
+            known = known & run.valid["position"]
+    return terms, known

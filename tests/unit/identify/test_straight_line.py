@@ -7,13 +7,14 @@ import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import CannotComputeError
-from pipeline.identify.slope_regression import (
+from pipeline.identify.straight_line import (
     blocks_of,
+    estimate,
     least_squares,
     plain_slope,
     reliability,
+    straight_line,
 )
-from pipeline.identify.straight_line import estimate, straight_line
 from pipeline.physics.parameters import read
 from pipeline.records.identification import RegressionTerm, StraightLineIdentification
 from pipeline.records.run_table import RunTable
