@@ -47,14 +47,19 @@ class ChannelThrusts:
     heading_n: FloatArray
     pitch_n: FloatArray
 
-    def stern_thrust_n(self) -> FloatArray:
-        """Upper, lower, left, right: T_x -+ T_psi, T_x -+ T_phi; shape (..., 4). [N]."""
-        parts = [
+    @property
+    def stern(self) -> list[FloatArray]:
+        """Upper, lower, left, right: T_x -+ T_psi, T_x -+ T_phi, each of its own shape. [N]."""
+        return [
             self.surge_n - self.pitch_n,
             self.surge_n + self.pitch_n,
             self.surge_n - self.heading_n,
             self.surge_n + self.heading_n,
         ]
+
+    def stern_thrust_n(self) -> FloatArray:
+        """Return the same as one array (..., 4). [N]."""
+        parts = self.stern
         if not any(np.ndim(one) for one in parts):  # stacking takes ten times as long
             return np.array(parts, float)
         return np.stack(np.broadcast_arrays(*parts), axis=-1)

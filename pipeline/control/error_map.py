@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.control.allocation import (
-    ChannelThrusts,
     Demand,
     ThrustLimits,
     demanded_channels,
@@ -87,16 +86,6 @@ class _Setting:
     thrust_dead_n: float
 
 
-@dataclass(frozen=True)
-class _Field:
-    """Asked and achieved (X, M, N) over a grid, shape (s, p, y, 3), and which demands are which."""
-
-    asked: FloatArray
-    achieved: FloatArray
-    opposed: BoolArray
-    in_dead_band: BoolArray
-
-
 def allocation_map(
     vehicle: Vehicle,
     inverse: InverseCharacteristic,
@@ -166,36 +155,6 @@ def map_speeds(table_speed_mps: tuple[float, ...]) -> list[float]:
     return [float(v) for v in np.unique(np.concatenate([even, np.array(table_speed_mps)]))]
 
 
-def _evaluate(
-    setting: _Setting, grid: DemandGrid, speed_mps: float, inverse: Inverse, limits: ThrustLimits
-) -> _Field:
-    """Asked and achieved wrench over a grid at one speed.
-
-    The upper and lower thruster see surge and pitch only, the left and right one surge and yaw
-    only: each is evaluated on its two axes, and the sums broadcast to three.
-    """
-    allocator = setting.allocator
-    channels = limited_channels(demanded_channels(grid.open(), allocator), limits, allocator)
-    wanted = _stern(channels)
-    code = [inverse.code(thrust, speed_mps) for thrust in wanted]
-    real = [setting.thruster.thrust(c, speed_mps) for c in code]
-    backward = -np.sign(speed_mps)
-    against = [backward * thrust > setting.thrust_dead_n for thrust in wanted]
-    dead = [(np.abs(t) <= setting.thrust_dead_n) & (np.abs(t) > 1e-12) for t in wanted]
-    return _Field(
-        asked=_wrench(wanted, allocator),
-        achieved=_wrench(real, allocator),
-        opposed=against[0] | against[1] | against[2] | against[3],
-        in_dead_band=dead[0] | dead[1] | dead[2] | dead[3],
-    )
-
-
-def _stern(channels: ChannelThrusts) -> list[FloatArray]:
-    """Upper, lower, left, right without broadcasting them to one shape."""
-    surge, heading, pitch = channels.surge_n, channels.heading_n, channels.pitch_n
-    return [surge - pitch, surge + pitch, surge - heading, surge + heading]
-
-
 def _wrench(stern: list[FloatArray], allocator: Allocator) -> FloatArray:
     """(X, M, N) of eq. (5) in SNAME axes, shape (s, p, y, 3), from open arrays."""
     upper, lower, left, right = stern
@@ -212,22 +171,34 @@ def _wrench(stern: list[FloatArray], allocator: Allocator) -> FloatArray:
 def _score(
     setting: _Setting, grid: DemandGrid, speed_mps: float, inverse: Inverse, limits: ThrustLimits
 ) -> SpeedError:
-    """Score one speed; `limits` say what is within reach there, the same for both variants."""
-    allocator = setting.allocator
-    field = _evaluate(setting, grid, speed_mps, inverse, inverse.limits(speed_mps))
-    shape = field.asked.shape[:-1]
-    reachable = np.broadcast_to(
-        within_reach(demanded_channels(grid.open(), allocator), limits, allocator), shape
-    )
+    """Score one speed; `limits` say what is within reach there, the same for both variants.
+
+    The upper and lower thruster see surge and pitch only, the left and right one surge and yaw
+    only: each is evaluated on its two axes, and the sums broadcast to three. Asked and achieved
+    (X, M, N) have shape (s, p, y, 3).
+    """
+    allocator, dead_n = setting.allocator, setting.thrust_dead_n
+    demanded = demanded_channels(grid.open(), allocator)
+    wanted = limited_channels(demanded, inverse.limits(speed_mps), allocator).stern
+    real = [setting.thruster.thrust(inverse.code(t, speed_mps), speed_mps) for t in wanted]
+    asked, achieved = _wrench(wanted, allocator), _wrench(real, allocator)
+    shape = asked.shape[:-1]
+
+    def any_of(each: list[BoolArray]) -> BoolArray:
+        return np.broadcast_to(each[0] | each[1] | each[2] | each[3], shape)
+
+    opposed = any_of([-np.sign(speed_mps) * t > dead_n for t in wanted])
+    in_dead_band = any_of([(np.abs(t) <= dead_n) & (np.abs(t) > 1e-12) for t in wanted])
+    reachable = np.broadcast_to(within_reach(demanded, limits, allocator), shape)
     delta = np.radians(allocator.delta_deg)
     largest = setting.thruster.thrust_max_n(speed_mps)
     moment = 2.0 * largest * np.sin(delta) * allocator.stern_arm_m
     available = np.array([4.0 * largest * np.cos(delta), moment, moment])
     if largest <= 0.0:
         available = np.full(3, np.inf)  # nothing is within reach; no error to normalise
-    error = (field.achieved - field.asked) / available
-    same_sign = reachable & ~field.opposed
-    scored = same_sign & ~np.broadcast_to(field.in_dead_band, shape)
+    error = (achieved - asked) / available
+    same_sign = reachable & ~opposed
+    scored = same_sign & ~in_dead_band
     size = np.where(scored[..., None], np.abs(error), 0.0)
     s, p, y, component = np.unravel_index(int(np.argmax(size)), size.shape)
     count = int(scored.sum())
@@ -237,12 +208,12 @@ def _score(
         rms=float(np.sqrt((size**2).sum() / (3 * count))) if count else 0.0,
         worst_demand=(float(grid.surge_n[s]), float(grid.pitch_nm[p]), float(grid.yaw_nm[y])),
         reachable_share=float(reachable.mean()),
-        opposed_share=float((reachable & field.opposed).mean()),
+        opposed_share=float((reachable & opposed).mean()),
         worst_component=_COMPONENTS[component],
-        worst_asked=tuple(field.asked[s, p, y].tolist()),
-        worst_achieved=tuple(field.achieved[s, p, y].tolist()),
+        worst_asked=tuple(asked[s, p, y].tolist()),
+        worst_achieved=tuple(achieved[s, p, y].tolist()),
         worst_with_dead_band=float(np.abs(error[same_sign]).max(initial=0.0)),
-        worst_opposed=float(np.abs(error[reachable & field.opposed]).max(initial=0.0)),
+        worst_opposed=float(np.abs(error[reachable & opposed]).max(initial=0.0)),
         range_n_nm=tuple(available.tolist()) if largest > 0.0 else (0.0, 0.0, 0.0),
     )
 

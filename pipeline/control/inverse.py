@@ -6,15 +6,16 @@ positive direction; against the motion every form uses its values at rest.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
 from pipeline.control.allocation import ThrustLimits
 from pipeline.errors import CannotComputeError
 from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_limits
-from pipeline.records.fits import FirmwareBranch, InverseCharacteristic, PolynomialFit
+from pipeline.records.fits import FirmwareBranch, InverseCharacteristic
 from pipeline.types import ArrayLike, FloatArray
+from pipeline.vehicle.schema import Vehicle
 
 #: Thrusts among which the one at the most negative code is looked for.
 _THRUSTS = 513
@@ -43,24 +44,43 @@ def rounded(code: FloatArray) -> FloatArray:
     return np.sign(code) * np.floor(np.abs(code) + 0.5)
 
 
-def _smallest(code_min: int | None, code_max: int) -> int:
-    """Most negative code; without one the range is symmetric."""
-    return -code_max if code_min is None else code_min
+@dataclass(frozen=True)
+class CodeRange:
+    """Thrust up to which the code is zero [N], and the ends of the codes.
 
-
-def _reverse_within_codes(
-    code: Callable[[FloatArray], FloatArray], largest_n: float, smallest: int, code_max: int
-) -> float:
-    """Reverse thrust up to `largest_n` that the drive's most negative code still gives. [N].
-
-    `code` gives the codes of thrusts of either sign. A cubic is not inverted: the thrust is looked
-    for among evenly spaced ones, and a symmetric range cuts nothing.
+    Without `code_min` the range is symmetric; a mirrored branch of a table may go beyond it.
     """
-    if smallest <= -code_max:
-        return largest_n
-    reverse = np.linspace(0.0, largest_n, _THRUSTS)
-    reverse = reverse[code(-reverse) > smallest]
-    return float(reverse[-1]) if reverse.size else 0.0
+
+    thrust_dead_n: float
+    code_max: int
+    code_min: int | None = None
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Self:
+        """Return that of the tables of a vehicle."""
+        return cls(vehicle.tables.thrust_dead_n, vehicle.drive.code_max, vehicle.drive.code_min)
+
+    @property
+    def lowest(self) -> int:
+        """Most negative code."""
+        return -self.code_max if self.code_min is None else self.code_min
+
+    def held(self, code: FloatArray, thrust_n: FloatArray) -> FloatArray:
+        """Codes within the range, 0 up to the dead thrust."""
+        live = np.abs(thrust_n) > self.thrust_dead_n
+        return np.where(live, np.clip(code, self.lowest, self.code_max), 0.0)
+
+    def reverse_n(self, code: Callable[[FloatArray], FloatArray], largest_n: float) -> float:
+        """Reverse thrust up to `largest_n` that the drive's most negative code still gives. [N].
+
+        `code` gives the codes of thrusts of either sign. A cubic is not inverted: the thrust is
+        looked for among evenly spaced ones, and a symmetric range cuts nothing.
+        """
+        if self.lowest <= -self.code_max:
+            return largest_n
+        reverse = np.linspace(0.0, largest_n, _THRUSTS)
+        reverse = reverse[code(-reverse) > self.lowest]
+        return float(reverse[-1]) if reverse.size else 0.0
 
 
 @dataclass(frozen=True)
@@ -73,20 +93,14 @@ class MooringCubic:
     positive: FloatArray
     negative: FloatArray
     thrust_max_n: ThrustLimits
-    thrust_dead_n: float
-    code_max: int
+    codes: CodeRange
     name: str = "mooring inverse (7), Table 3"
-    code_min: int | None = None
 
     def limits(self, speed_mps: float) -> ThrustLimits:  # noqa: ARG002 (fixed: the paper's point)
         """T_max of the mooring test, whatever the speed; less in reverse where codes end. [N]."""
-        reverse = _reverse_within_codes(
-            lambda thrust: self.code(thrust, 0.0),
-            self.thrust_max_n.reverse_n,
-            _smallest(self.code_min, self.code_max),
-            self.code_max,
-        )
-        return ThrustLimits(self.thrust_max_n.forward_n, reverse)
+        forward, reverse = self.thrust_max_n.forward_n, self.thrust_max_n.reverse_n
+        reverse = self.codes.reverse_n(lambda thrust: self.code(thrust, 0.0), reverse)
+        return ThrustLimits(forward, reverse)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T) of eq. (7); the speed does not enter."""
@@ -95,9 +109,7 @@ class MooringCubic:
         held = np.minimum(np.maximum(thrust, -largest.reverse_n), largest.forward_n)
         polyval = np.polynomial.polynomial.polyval
         code = np.where(held > 0.0, polyval(held, self.positive), polyval(held, self.negative))
-        live = np.abs(thrust) > self.thrust_dead_n
-        smallest = _smallest(self.code_min, self.code_max)
-        return np.where(live, np.clip(code, smallest, self.code_max), 0.0)
+        return self.codes.held(code, thrust)
 
 
 @dataclass(frozen=True)
@@ -115,10 +127,8 @@ class SpeedCubic:
     speed_mps: FloatArray
     thrust_max_n: FloatArray
     coefficients: FloatArray
-    thrust_dead_n: float
-    code_max: int
+    codes: CodeRange
     name: str = "speed-compensated cubic (8), Table 4"
-    code_min: int | None = None
 
     def _largest(self, speed_mps: ArrayLike) -> FloatArray:
         return np.asarray(np.interp(speed_mps, self.speed_mps, self.thrust_max_n))
@@ -126,12 +136,7 @@ class SpeedCubic:
     def limits(self, speed_mps: float) -> ThrustLimits:
         """+-T_max(V), linear between tabulated speeds; less in reverse where codes end. [N]."""
         largest = float(self._largest(abs(speed_mps)))
-        reverse = _reverse_within_codes(
-            lambda thrust: self.code(thrust, -abs(speed_mps)),
-            largest,
-            _smallest(self.code_min, self.code_max),
-            self.code_max,
-        )
+        reverse = self.codes.reverse_n(lambda thrust: self.code(thrust, -abs(speed_mps)), largest)
         return ThrustLimits(largest, reverse)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
@@ -156,9 +161,7 @@ class SpeedCubic:
             below = np.take_along_axis(rows, (upper - 1)[None], axis=0)[0]
             above = np.take_along_axis(rows, upper[None], axis=0)[0]
             size = (1.0 - share) * below + share * above
-        live = np.abs(thrust) > self.thrust_dead_n
-        code = np.sign(thrust) * np.clip(size, 0.0, self.code_max)
-        return np.where(live, np.maximum(code, _smallest(self.code_min, self.code_max)), 0.0)
+        return self.codes.held(np.sign(thrust) * np.maximum(size, 0.0), thrust)
 
 
 @dataclass(frozen=True)
@@ -171,12 +174,9 @@ class FirmwareGrid:
 
     positive: ThrustGrid
     negative: ThrustGrid
-    thrust_dead_n: float
-    code_max: int
+    codes: CodeRange
     at_rest: bool = False
     name: str = "speed-compensated firmware grid"
-    code_min: int | None = None
-    """Most negative code of the drive; the negative branch may mirror more. None: -code_max."""
 
     def limits(self, speed_mps: float) -> ThrustLimits:
         """+-T_max(V), linear between the grid's speeds; in reverse T at `code_min`. [N]."""
@@ -184,7 +184,7 @@ class FirmwareGrid:
             0.0 if self.at_rest else speed_mps,
             positive=self.positive,
             negative=self.negative,
-            code_min=_smallest(self.code_min, self.code_max),
+            code_min=self.codes.lowest,
         )
         return ThrustLimits(float(forward), -float(reverse) + 0.0)
 
@@ -196,9 +196,9 @@ class FirmwareGrid:
             speed,
             positive=self.positive,
             negative=self.negative,
-            thrust_dead_n=self.thrust_dead_n,
+            thrust_dead_n=self.codes.thrust_dead_n,
         )
-        return np.minimum(np.maximum(code, _smallest(self.code_min, self.code_max)), self.code_max)
+        return np.minimum(np.maximum(code, self.codes.lowest), self.codes.code_max)
 
 
 def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
@@ -225,25 +225,13 @@ def firmware_grid(record: InverseCharacteristic, *, at_rest: bool = False) -> Fi
         raise CannotComputeError(
             "There is no firmware form of N(T, V): " + " ".join(record.explanations)
         )
+    codes = CodeRange(firmware.thrust_dead_n, firmware.code_max, firmware.code_min)
+    grids = thrust_grid(firmware.positive), thrust_grid(firmware.negative)
     name = "firmware grid, row at rest at every speed" if at_rest else FirmwareGrid.name
-    return FirmwareGrid(
-        positive=thrust_grid(firmware.positive),
-        negative=thrust_grid(firmware.negative),
-        thrust_dead_n=firmware.thrust_dead_n,
-        code_max=firmware.code_max,
-        at_rest=at_rest,
-        name=name,
-        code_min=firmware.code_min,
-    )
+    return FirmwareGrid(*grids, codes, at_rest, name)
 
 
-def speed_cubic(
-    record: InverseCharacteristic,
-    *,
-    thrust_dead_n: float,
-    code_max: int,
-    code_min: int | None = None,
-) -> SpeedCubic:
+def speed_cubic(record: InverseCharacteristic, codes: CodeRange) -> SpeedCubic:
     """Take Table 4 out of the record.
 
     Raises
@@ -257,47 +245,29 @@ def speed_cubic(
         speed_mps=np.array([row.speed_mps for row in record.table4]),
         thrust_max_n=np.array([row.thrust_max_n for row in record.table4]),
         coefficients=np.array([row.coefficients for row in record.table4]),
-        thrust_dead_n=thrust_dead_n,
-        code_max=code_max,
-        code_min=code_min,
+        codes=codes,
     )
 
 
-def _largest_thrust(fit: PolynomialFit) -> float:
-    return max(abs(end) for end in fit.quality.valid_range)
-
-
-def mooring_cubic(
-    record: InverseCharacteristic,
-    *,
-    thrust_dead_n: float,
-    code_max: int,
-    code_min: int | None = None,
-) -> MooringCubic | None:
+def mooring_cubic(record: InverseCharacteristic, codes: CodeRange) -> MooringCubic | None:
     """Take Table 3 out of the record; None without any mooring data.
 
     A sign that was not measured is mirrored from the other: N(-T) = -N(T).
     """
     forward, reverse = record.table3_positive, record.table3_negative
-    if forward is None and reverse is None:
+    measured = [fit for fit in (forward, reverse) if fit is not None]
+    if not measured:
         return None
     name = MooringCubic.name
-    if forward is None or reverse is None:
+    if len(measured) == 1:
         name += " (one sign measured, the other mirrored)"
-    measured = [fit for fit in (forward, reverse) if fit is not None]
-    first, last = measured[0], measured[-1]
-    positive, negative = np.array(first.coefficients), np.array(last.coefficients)
+    positive, negative = (np.array(fit.coefficients) for fit in (measured[0], measured[-1]))
     # c_i T^i turns into -c_i (-T)^i
     if forward is None:
         positive = -positive * (-1.0) ** np.arange(len(positive))
     if reverse is None:
         negative = -negative * (-1.0) ** np.arange(len(negative))
-    return MooringCubic(
-        positive=positive,
-        negative=negative,
-        thrust_max_n=ThrustLimits(_largest_thrust(first), _largest_thrust(last)),
-        thrust_dead_n=thrust_dead_n,
-        code_max=code_max,
-        name=name,
-        code_min=code_min,
+    ahead, astern = (
+        max(abs(end) for end in fit.quality.valid_range) for fit in (measured[0], measured[-1])
     )
+    return MooringCubic(positive, negative, ThrustLimits(ahead, astern), codes, name)

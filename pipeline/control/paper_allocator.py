@@ -1,11 +1,12 @@
 """The allocator of Kostenko 2023, eq. (6), behind the autopilot of the simulation."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from pipeline.control.allocation import (
+    ChannelThrusts,
     Demand,
     ThrustLimits,
     beyond_dead_zone,
@@ -13,13 +14,30 @@ from pipeline.control.allocation import (
     limited_channels,
     within_reach,
 )
-from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic, rounded
+from pipeline.control.inverse import CodeRange, Inverse, firmware_grid, mooring_cubic, rounded
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
 
 #: A thruster with less of its thrust than this is not asked for any.
 _LEAST_GAIN = 0.01
+
+
+def stern_places(geometry: Allocator, names: Sequence[str]) -> list[int]:
+    """Places of the upper, lower, left and right thruster among `names`."""
+    roles = (geometry.upper, geometry.lower, geometry.left, geometry.right)
+    return [names.index(role) for role in roles]
+
+
+def divided(geometry: Allocator, demand: FloatArray) -> tuple[ChannelThrusts, float]:
+    """Divide a wrench (6,) by eqs. (5) and (6): channels of the stern, thrust of the bow up [N]."""
+    pitch, up = float(demand[4]), 0.0
+    if geometry.bow is not None:
+        arms = (geometry.bow_arm_m or 0.0) + geometry.stern_arm_m
+        up = (pitch - geometry.stern_arm_m * float(demand[2])) / arms
+        stern_up = -float(demand[2]) - up
+        pitch = -stern_up * geometry.stern_arm_m
+    return demanded_channels(Demand(float(demand[0]), pitch, float(demand[5])), geometry), up
 
 
 @dataclass(frozen=True)
@@ -74,16 +92,9 @@ class PaperAllocator:
         found = [self.others.get(i, self.inverse).limits(float(v)) for i, v in enumerate(along)]
         low = -np.array([one.reverse_n for one in found]) * gain[:, 1]
         high = np.array([one.forward_n for one in found]) * gain[:, 0]
-        pitch, up = float(demand[4]), 0.0
-        if a.bow is not None:
-            arms = (a.bow_arm_m or 0.0) + a.stern_arm_m
-            up = (pitch - a.stern_arm_m * float(demand[2])) / arms
-            stern_up = -float(demand[2]) - up
-            pitch = -stern_up * a.stern_arm_m
-        wanted = Demand(float(demand[0]), pitch, float(demand[5]))
-        stern = [names.index(role) for role in (a.upper, a.lower, a.left, a.right)]
+        stern = stern_places(a, names)
         limits = ThrustLimits(float(high[stern].min()), float(-low[stern].max()))
-        channels = demanded_channels(wanted, a)
+        channels, up = divided(a, demand)
         thrust = np.zeros(len(names))
         thrust[stern] = limited_channels(channels, limits, a).stern_thrust_n()
         cut = not bool(within_reach(channels, limits, a))
@@ -172,10 +183,5 @@ def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:
     CannotComputeError
         If there is neither.
     """
-    cubic = mooring_cubic(
-        record,
-        thrust_dead_n=vehicle.tables.thrust_dead_n,
-        code_max=vehicle.drive.code_max,
-        code_min=vehicle.drive.code_min,
-    )
+    cubic = mooring_cubic(record, CodeRange.of(vehicle))
     return firmware_grid(record, at_rest=True) if cubic is None else cubic

@@ -7,7 +7,12 @@ from types import MappingProxyType
 import numpy as np
 
 from pipeline.control.bounded_allocation import Allocation, allocation_of
-from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
+from pipeline.control.paper_allocator import (
+    Corrections,
+    corrections_of,
+    inflow_of_velocity,
+    stern_places,
+)
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import FirmwareCharacteristic
 from pipeline.types import FloatArray, IntArray
@@ -130,9 +135,6 @@ def allocator_layout(
     ]
     strongest = float((gain * np.array(largest)[kinds]).max())
     geometry = vehicle.allocator
-    roles = () if geometry is None else (
-        geometry.upper, geometry.lower, geometry.left, geometry.right
-    )  # fmt: skip
     return AllocatorLayout(
         names=names,
         position_m=position,
@@ -153,7 +155,7 @@ def allocator_layout(
             for one in vehicle.thrusters
         ),
         paper=geometry,
-        stern=tuple(names.index(role) for role in roles),
+        stern=() if geometry is None else tuple(stern_places(geometry, names)),
         bow=names.index(geometry.bow) if geometry is not None and geometry.bow else None,
     )
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from paper_static import StaticTable
 
 from pipeline.control.inverse import (
+    CodeRange,
     MooringCubic,
     SpeedCubic,
     firmware_grid,
@@ -15,17 +16,19 @@ from pipeline.control.inverse import (
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 
+CODES = CodeRange(0.5, 127)
+
 
 @pytest.fixture(scope="module")
 def moored(paper_inverse: InverseCharacteristic) -> MooringCubic:
-    cubic = mooring_cubic(paper_inverse, thrust_dead_n=0.5, code_max=127)
+    cubic = mooring_cubic(paper_inverse, CODES)
     assert cubic is not None
     return cubic
 
 
 @pytest.fixture(scope="module")
 def cubic(paper_inverse: InverseCharacteristic) -> SpeedCubic:
-    return speed_cubic(paper_inverse, thrust_dead_n=0.5, code_max=127)
+    return speed_cubic(paper_inverse, CODES)
 
 
 def test_table_3_by_hand(moored: MooringCubic) -> None:
@@ -58,20 +61,18 @@ def test_dead_band_gives_code_zero(
 
 def test_missing_sign_is_mirrored(paper_inverse: InverseCharacteristic) -> None:
     only = paper_inverse.model_copy(update={"table3_negative": None})
-    cubic = mooring_cubic(only, thrust_dead_n=0.5, code_max=127)
+    cubic = mooring_cubic(only, CODES)
     assert cubic is not None
     np.testing.assert_allclose(cubic.code(-20.0, 0.0), -77.252)
     assert "mirrored" in cubic.name
-    other = mooring_cubic(
-        paper_inverse.model_copy(update={"table3_positive": None}), thrust_dead_n=0.5, code_max=127
-    )
+    other = mooring_cubic(paper_inverse.model_copy(update={"table3_positive": None}), CODES)
     assert other is not None
     np.testing.assert_allclose(other.code(20.0, 0.0), 79.604)
 
 
 def test_no_mooring_data(paper_inverse: InverseCharacteristic) -> None:
     none = paper_inverse.model_copy(update={"table3_negative": None, "table3_positive": None})
-    assert mooring_cubic(none, thrust_dead_n=0.5, code_max=127) is None
+    assert mooring_cubic(none, CODES) is None
 
 
 def test_table_4_by_hand(cubic: SpeedCubic) -> None:
@@ -142,13 +143,12 @@ def _printed_cubic() -> SpeedCubic:
                 [60.0, 3.17, -0.031, 5.00e-4],
             ]
         ),
-        thrust_dead_n=0.5,
-        code_max=127,
+        codes=CODES,
     )
 
 
 def test_a_single_speed_is_enough() -> None:
-    one = SpeedCubic(np.array([0.0]), np.array([42.0]), np.array([[11.7, 4.32, 0, 0]]), 0.5, 127)
+    one = SpeedCubic(np.array([0.0]), np.array([42.0]), np.array([[11.7, 4.32, 0, 0]]), CODES)
     np.testing.assert_allclose(one.code([10.0, -10.0], 1.3), [54.9, -54.9])
 
 
@@ -192,7 +192,7 @@ def test_what_is_missing_is_said(paper_inverse: InverseCharacteristic) -> None:
     with pytest.raises(CannotComputeError, match="No open-water data"):
         firmware_grid(empty)
     with pytest.raises(CannotComputeError, match="No open-water data"):
-        speed_cubic(empty, thrust_dead_n=0.5, code_max=127)
+        speed_cubic(empty, CODES)
 
 
 @given(st.floats(-200.0, 200.0))
@@ -211,8 +211,8 @@ def test_codes_and_limits_end_where_the_drive_does(paper_inverse: InverseCharact
         update={"firmware": firmware.model_copy(update={"code_min": -100})}
     )
     grid = firmware_grid(weak)
-    cubic = speed_cubic(weak, thrust_dead_n=0.5, code_max=127, code_min=-100)
-    moored = mooring_cubic(weak, thrust_dead_n=0.5, code_max=127, code_min=-100)
+    cubic = speed_cubic(weak, CodeRange(0.5, 127, -100))
+    moored = mooring_cubic(weak, CodeRange(0.5, 127, -100))
     assert moored is not None
     for inverse in (grid, cubic, moored):
         codes = inverse.code(np.linspace(-60, 60, 121), 0.0)
@@ -238,8 +238,8 @@ def test_drive_without_negative_codes_promises_no_reverse_thrust(
     one_way = paper_inverse.model_copy(
         update={"firmware": firmware.model_copy(update={"code_min": 0})}
     )
-    cubic = speed_cubic(one_way, thrust_dead_n=0.5, code_max=127, code_min=0)
-    moored = mooring_cubic(one_way, thrust_dead_n=0.5, code_max=127, code_min=0)
+    cubic = speed_cubic(one_way, CodeRange(0.5, 127, 0))
+    moored = mooring_cubic(one_way, CodeRange(0.5, 127, 0))
     assert moored is not None
     for inverse in (firmware_grid(one_way), cubic, moored):
         assert inverse.limits(0.0).reverse_n == 0.0
