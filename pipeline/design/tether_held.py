@@ -16,7 +16,6 @@ from scipy.optimize import brentq, linprog
 
 from pipeline.design.tether_input import TetherInput
 from pipeline.errors import CannotComputeError
-from pipeline.physics.parameters import read
 from pipeline.physics.tether_footprint import Footprint, footprint_cable, ned_from_paper
 from pipeline.records.design import HeldFootprint
 from pipeline.types import FloatArray
@@ -54,45 +53,24 @@ class HeldVehicle:
         return -(self.linear + self.quadratic * np.abs(velocity_body)) * velocity_body
 
     def limits_n(self, velocity_body: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Largest thrust of each thruster along and against its direction. [N].
+        """Largest thrust of each thruster along and against its direction. [N]."""
+        from pipeline.simulate.applied_wrench import inflow_speed, settled_thrust
 
-        Beyond the last speed of its table the thrust goes on falling, as it does in simulation.
-        """
-        packed = self.packed
-        count = len(packed.thruster_names)
-        kinds = read(packed.vector, "thruster_type")[:count].astype(int)
-        direction = read(packed.vector, "thruster_direction")[:count]
-        share = read(packed.vector, "inflow_fraction")[:count]
-        inflow = share * (direction @ velocity_body)
-        limits = np.zeros((2, count))
-        for i, kind in enumerate(kinds):
-            for side, sign in ((0, 1.0), (1, -1.0)):
-                column = packed.thrust_tables[kind, side, :, :]
-                code = abs(packed.code_limits[i, 1 - side])
-                at = np.arange(column.shape[1]) * packed.steps[kind, 1]
-                by_speed = np.array([np.interp(code, at, row) for row in column])
-                speeds = np.arange(column.shape[0]) * packed.steps[kind, 0]
-                along = max(sign * float(inflow[i]), 0.0)
-                value = float(np.interp(along, speeds, by_speed))
-                if along > speeds[-1] and speeds.size > 1:
-                    slope = (by_speed[-1] - by_speed[-2]) / (speeds[-1] - speeds[-2])
-                    value += float(slope) * (along - float(speeds[-1]))
-                limits[side, i] = max(value, 0.0)
-        return limits[0], limits[1]
+        nu = np.concatenate([velocity_body, np.zeros(3)])
+        ends = settled_thrust(self.packed, self.packed.code_limits.T, inflow_speed(self.packed, nu))
+        return np.maximum(ends[1], 0.0), np.maximum(-ends[0], 0.0)
 
     def use(self, force_body: FloatArray, yaw_nm: float, velocity_body: FloatArray) -> float:
         """Least share of the thrusters that makes a force [N] and a yawing moment [N m]."""
-        packed = self.packed
-        count = len(packed.thruster_names)
-        direction = read(packed.vector, "thruster_direction")[:count]
-        position = read(packed.vector, "thruster_position")[:count]
-        yaw = position[:, 0] * direction[:, 1] - position[:, 1] * direction[:, 0]
+        from pipeline.simulate.applied_wrench import levers
+
+        count = len(self.packed.thruster_names)
         wanted = np.array([*force_body, yaw_nm])
         scale = float(np.abs(wanted).max())
         if scale < 1e-9:
             return 0.0
         ahead, astern = self.limits_n(velocity_body)
-        matrix = np.column_stack([np.vstack([direction.T, yaw]), np.zeros(4)])
+        matrix = np.column_stack([levers(self.packed)[[0, 1, 2, 5]], np.zeros(4)])
         above = np.column_stack([np.eye(count), -ahead])
         below = np.column_stack([-np.eye(count), -astern])
         found = linprog(

@@ -5,7 +5,7 @@ import numpy as np
 from pipeline.control.bounded_allocation import configuration
 from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
-from pipeline.simulate.kernel_alone import demand_along, wrench_along
+from pipeline.simulate.kernel_alone import demand_along, settled_along, wrench_along
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.simulate.run import Method, run
 from pipeline.types import FloatArray
@@ -68,6 +68,24 @@ def thruster_wrench(
         wrenches,
     )
     return wrenches, thrusts[:, :count]
+
+
+def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatArray) -> FloatArray:
+    """Thrust (k, n) of codes (k, n) without lag, the water at a speed along each thruster. [N].
+
+    `inflow_mps` (k, n), or what broadcasts to it, is the speed past the hull; what each thruster
+    has of its own (wake, gains, dead zone) is taken off here.
+    """
+    own = np.zeros((3, len(codes), MOST_THRUSTERS))
+    own[0, :, : codes.shape[1]], own[1, :, : codes.shape[1]] = codes, inflow_mps
+    settled_along(packed.vector, own[0], own[1], packed.thrust_tables, packed.steps, own[2])
+    return np.asarray(own[2, :, : codes.shape[1]])
+
+
+def inflow_speed(packed: PackedVehicle, nu: FloatArray) -> FloatArray:
+    """Speed of the water along each thruster, (k, n), for velocities (k, 6) through the water."""
+    # the velocity of a point along a direction is the wrench's transpose: d.(v + w x r)
+    return np.asarray(nu @ levers(packed))
 
 
 def levers(packed: PackedVehicle) -> FloatArray:

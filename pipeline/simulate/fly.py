@@ -1,7 +1,7 @@
 """Fly a manoeuvre: open loop, or under the autopilot, through an allocator."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import atan2, pi, remainder, sqrt
 from typing import Protocol
 
@@ -10,7 +10,8 @@ import numpy as np
 from pipeline.control.allocation import beyond_dead_zone
 from pipeline.control.autopilot import Autopilot, Design, MeasuredState, Setpoint
 from pipeline.control.bounded_allocation import GeneralAllocator
-from pipeline.physics.parameters import read
+from pipeline.physics.parameters import read, write
+from pipeline.simulate.applied_wrench import settled_thrust
 from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import Mover, Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
@@ -58,7 +59,7 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
     fractions = read(vector, "inflow_fraction")[:count]
     ahead = read(vector, "thrust_gain")[:count]
     gains = np.stack([ahead, ahead * read(vector, "reverse_gain")[:count]])
-    lost, largest = (read(vector, slot)[:count] for slot in ("dead_zone", "code_max"))
+    lost, code_max = (read(vector, slot)[:count] for slot in ("dead_zone", "code_max"))
     tables, steps = packed.thrust_tables, packed.steps
     codes = np.arange(tables.shape[3])
 
@@ -79,30 +80,21 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
             # round-off of the allocation is no demand: it would sit at the edge of the dead zone
             if abs(thrust_n[i]) > 1e-9 * curve[-1]:
                 out[i] = min(float(size), limit) * (1 if side == 0 else -1)
-        return np.round(beyond_dead_zone(out, lost, largest))
+        return np.round(beyond_dead_zone(out, lost, code_max))
 
-    def end_n(side: int) -> FloatArray:
-        """Thrust at rest at the end of the codes of one sign, as a size. [N].
-
-        A drive that gives no thrust that way has the limit of one that does: its share of a demand
-        is left out, for scaled by what it can give nothing would be left of any demand.
-        """
-
-        def at(ends: FloatArray) -> FloatArray:
-            sizes = zip(np.abs(ends), kinds, strict=True)
-            return np.array(
-                [np.interp(end, codes * steps[k, 1], tables[k, side, 0]) for end, k in sizes]
-            )
-
-        found = at(packed.code_limits[:, 1 - side])
-        found = np.where(found > 0.0, found, at(packed.code_limits[:, 1]))
-        return np.asarray(np.maximum(gains[side] * found, 1e-9))
-
+    ends, at_rest = packed.code_limits.T, np.zeros(count)
+    # a drive that gives no thrust that way has the limit of one that does: its share of a demand is
+    # left out, for scaled by what it can give nothing would be left of any demand
+    free = replace(packed, vector=vector.copy())
+    write(free.vector, "code_min", -read(vector, "code_max"))
+    own = np.abs(settled_thrust(packed, ends, at_rest))
+    other = np.abs(settled_thrust(free, np.stack([-ends[1], ends[1]]), at_rest))
+    smallest, largest = np.maximum(np.where(own > 0.0, own, other), 1e-9)
     return GeneralAllocator(
         position_m=read(vector, "thruster_position")[:count],
         direction=read(vector, "thruster_direction")[:count],
-        largest_n=end_n(0),
-        smallest_n=-end_n(1),
+        largest_n=largest,
+        smallest_n=-smallest,
         code_from_thrust=code_from_thrust,
     )
 

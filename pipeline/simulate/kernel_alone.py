@@ -20,11 +20,14 @@ from pipeline.simulate.kernel_lag import set_step
 from pipeline.simulate.kernel_thrusters import (
     add_thrust,
     effective_codes,
+    static_thrust,
     thruster_directions,
     thruster_levers,
 )
 
 CURRENT = offset("current")
+INFLOW_FRACTION = offset("inflow_fraction")
+THRUSTER_COUNT = offset("thruster_count")
 
 Array = Any
 
@@ -167,6 +170,19 @@ def wrench_along(
             inflow,
             wrenches[k],
         )
+
+
+@compiled
+def settled_along(
+    p: Array, commands: Array, speeds: Array, thrust_tables: Array, steps: Array, thrusts: Array
+) -> None:
+    """Fill thrusts (m, 12) of commands (m, 12) without lag at speeds past the hull (m, 12)."""
+    codes, per_step = np.zeros(MOST_THRUSTERS), 1.0 / steps
+    for k in range(commands.shape[0]):
+        effective_codes(p, commands[k], codes)
+        for i in range(int(p[THRUSTER_COUNT])):
+            own = p[INFLOW_FRACTION + i] * speeds[k, i]
+            thrusts[k, i] = static_thrust(p, i, codes[i], own, thrust_tables, per_step)
 
 
 @compiled

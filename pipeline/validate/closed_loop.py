@@ -26,7 +26,6 @@ from pipeline.validate.controllers import Controllers, general_controllers, pape
 from pipeline.validate.flight import AXIS_ROWS, Course, Decide, Flight, fly_course
 from pipeline.validate.measures import keeping, stepping
 from pipeline.validate.power import PowerModel
-from pipeline.validate.steady_tables import calm_vehicle, thrust_limits
 from pipeline.vehicle.model_schema import FromBollard
 from pipeline.vehicle.schema import Allocator, Vehicle
 
@@ -62,7 +61,7 @@ class ClosedLoop:
 
         Parameters as `validate_allocator` takes them.
         """
-        calm = calm_vehicle(packed)
+        calm = plan.calm_vehicle(packed)
         model = model_of(vehicle)
         bollard = any(
             isinstance(model.thrusters[t.drive].characteristic, FromBollard)
@@ -207,7 +206,7 @@ class ClosedLoop:
 
 def _without_reverse(packed: PackedVehicle, *, by_paper: bool) -> list[str]:
     """Say what becomes of demands of reverse thrust where a thruster gives none."""
-    without = thrust_limits(packed, 0.0)[1] <= 0.0
+    without = plan.thrust_limits(packed, 0.0)[1] <= 0.0
     if not without.any():
         return []
     who = "No thruster gives reverse thrust"

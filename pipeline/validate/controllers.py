@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from pipeline.control.allocation import Demand, ThrustLimits, demanded_channels
+from pipeline.control.allocation import ThrustLimits
 from pipeline.control.bounded_allocation import GeneralAllocator
 from pipeline.control.inverse import (
     FirmwareGrid,
@@ -14,23 +14,18 @@ from pipeline.control.inverse import (
     firmware_grid,
     speed_cubic,
 )
-from pipeline.control.paper_allocator import Corrections, PaperAllocator
+from pipeline.control.paper_allocator import Corrections, PaperAllocator, divided, stern_places
 from pipeline.errors import CannotComputeError
 from pipeline.export import fixed_point
 from pipeline.export.fixed_point import Q16_ONE, FixedTables, fixed_tables
 from pipeline.export.grid_check import check_characteristic
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.applied_wrench import levers
+from pipeline.simulate.applied_wrench import inflow_speed, levers, settled_thrust
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import ArrayLike, BoolArray, FloatArray
 from pipeline.validate.flight import Decide
-from pipeline.validate.plan import SURGE_PORTIONS
-from pipeline.validate.steady_tables import (
-    inflow_speed,
-    settled_thrust,
-    thrust_limits,
-)
+from pipeline.validate.plan import SURGE_PORTIONS, thrust_limits
 from pipeline.vehicle.schema import Allocator, Portions
 
 #: Limits are worked out once for each step of speed. [m/s]
@@ -128,8 +123,8 @@ class GeneralDecide:
         """As `GeneralAllocator.decide`."""
         if not self.compensated:
             return self.base.decide(demand, np.zeros(6))
-        inflow = inflow_speed(self.packed, np.stack([nu_relative, nu_relative]))
-        ends = settled_thrust(self.packed, self.packed.code_limits.T.copy(), inflow)
+        inflow = inflow_speed(self.packed, nu_relative)
+        ends = settled_thrust(self.packed, self.packed.code_limits.T, inflow)
         ahead, astern = self.gives
         limits = (
             np.where(astern, np.minimum(ends[0], -1e-9), self.base.smallest_n),
@@ -202,12 +197,7 @@ def paper_controllers(
     if fixed is not None:
         settings.append(("firmware grid in fixed point", controllers(fixed)))
     if inverse.table4:
-        cubic = speed_cubic(
-            inverse,
-            thrust_dead_n=grid.thrust_dead_n,
-            code_max=grid.code_max,
-            code_min=grid.code_min,
-        )
+        cubic = speed_cubic(inverse, grid.codes)
         settings.append(("cubic (8), Table 4, in place of the grid", controllers(cubic)))
     other = "scaled" if geometry.form == "limit" else "limit"
     settings.append(
@@ -255,19 +245,10 @@ def _changed(geometry: Allocator, **changes: object) -> Allocator:
 def paper_shares(geometry: Allocator, names: tuple[str, ...]) -> FloatArray:
     """Thrusts (n, 6) for a unit of each axis, as `PaperAllocator` shares it out without limits."""
     shares = np.zeros((len(names), 6))
-    roles = (geometry.upper, geometry.lower, geometry.left, geometry.right)
-    bow_arm = geometry.bow_arm_m or 0.0
+    stern = stern_places(geometry, names)
     for axis in (0, 2, 4, 5):
-        unit = np.eye(6)[axis]
-        pitch, up = float(unit[4]), 0.0
-        if geometry.bow is not None:
-            up = (pitch - geometry.stern_arm_m * unit[2]) / (bow_arm + geometry.stern_arm_m)
-            pitch = (unit[2] + up) * geometry.stern_arm_m
-        elif axis == 2:
-            continue  # eq. (6) has no means for heave alone
-        stern = demanded_channels(Demand(unit[0], pitch, unit[5]), geometry).stern_thrust_n()
-        for role, thrust in zip(roles, stern.tolist(), strict=True):
-            shares[names.index(role), axis] = thrust
+        channels, up = divided(geometry, np.eye(6)[axis])
+        shares[stern, axis] = channels.stern_thrust_n()
         if geometry.bow is not None:
             shares[names.index(geometry.bow), axis] = up
     return shares

@@ -8,13 +8,12 @@ import numpy as np
 
 from pipeline.control.autopilot import Autopilot, Setpoint
 from pipeline.physics.parameters import read
-from pipeline.simulate.applied_wrench import levers
+from pipeline.simulate.applied_wrench import inflow_speed, levers
 from pipeline.simulate.fly import CONTROL_PERIOD_S, motion_of, usual_step_s
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.types import BoolArray, FloatArray
-from pipeline.validate.steady_tables import inflow_speed
 
 #: Depth that is kept, far from the surface. [m]
 DEPTH_M = 10.0

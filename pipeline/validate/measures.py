@@ -5,11 +5,11 @@ import numpy as np
 from pipeline.control.allocation import at_limit
 from pipeline.physics.parameters import read
 from pipeline.records.validation import KeepingFlight, StepFlight, Variant
+from pipeline.simulate.applied_wrench import settled_thrust
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.validate.flight import AXIS_ROWS, Flight, effective_codes, wrench_of
 from pipeline.validate.power import PowerModel
-from pipeline.validate.steady_tables import settled_thrust
 
 #: Below this share of the range nothing worth a ratio was wanted on an axis (rms).
 LEAST_WANTED = 0.01

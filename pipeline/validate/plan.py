@@ -1,15 +1,16 @@
-"""What is flown: speeds, disturbance, steps."""
+"""What is flown: the vehicle, speeds, disturbance, steps."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from pipeline.control.autopilot import Design
-from pipeline.physics.parameters import read
+from pipeline.physics.parameters import read, write
+from pipeline.simulate.applied_wrench import inflow_speed, settled_thrust
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.validate.flight import AXIS_ROWS
-from pipeline.validate.steady_tables import thrust_limits
 
 #: Length of a keeping flight, and of one with a step. [s]
 KEEPING_S = 30.0
@@ -34,6 +35,32 @@ SPEED_SHARES = (0.0, 0.25, 0.5, 0.75, 0.9)
 _FASTEST_MPS = 5.0
 #: A thruster with a smaller share of an axis takes no part in it. [N/N], [N/(N m)]
 _NO_SHARE = 1e-9
+
+
+def calm_vehicle(packed: PackedVehicle) -> PackedVehicle:
+    """Return the vehicle in open water, with thrust that falls with speed as its tables have it.
+
+    Walls are far away, and the inflow of every thruster counts, less its wake fraction: where the
+    nominal model leaves it out there would be nothing to compensate.
+    """
+    vector = packed.vector.copy()
+    write(vector, "wall_count", 0.0)
+    share = np.zeros_like(read(vector, "inflow_fraction"))
+    share[: len(packed.thruster_names)] = packed.context.inflow_shares or 1.0
+    write(vector, "inflow_fraction", share)
+    return replace(packed, vector=vector)
+
+
+def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
+    """Largest thrust forward and in reverse that each thruster can give at a surge speed. [N].
+
+    Shape (2, n), both positive, at the ends of the codes; against the motion no more is promised
+    than along it, as the firmware's limits are. A drive without negative codes gives nothing in
+    reverse.
+    """
+    size = np.abs(inflow_speed(packed, np.eye(6)[:1] * speed_mps))[0]
+    reverse, forward = settled_thrust(packed, packed.code_limits.T, np.stack([-size, size]))
+    return np.asarray(np.maximum(np.stack([forward, -reverse]), 0.0))
 
 
 def axis_range(packed: PackedVehicle, thrust_of_wrench: FloatArray, speed_mps: float) -> FloatArray:

@@ -9,10 +9,33 @@ from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.records.validation import ElectricalModel
 from pipeline.types import FloatArray
-from pipeline.validate.steady_tables import Grid
 
 #: Fewer usable points with current and voltage than this give no model of the input power.
 FEWEST_POINTS = 20
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values (rows, columns) on a regular grid from (0, 0); beyond the last row along its slope."""
+
+    values: FloatArray
+    row_step: float
+    column_step: float
+
+    def at(self, row: FloatArray, column: FloatArray) -> FloatArray:
+        """Bilinear values at places in the units of the steps."""
+        rows, columns = self.values.shape
+        c = np.clip(column / self.column_step, 0.0, columns - 1.0)
+        j = np.minimum(c.astype(int), columns - 2)
+        c = c - j
+        if rows == 1:
+            return np.asarray(self.values[0, j] * (1 - c) + self.values[0, j + 1] * c)
+        r = np.maximum(row / self.row_step, 0.0)
+        i = np.minimum(r.astype(int), rows - 2)
+        r = r - i
+        low = self.values[i, j] * (1 - c) + self.values[i, j + 1] * c
+        high = self.values[i + 1, j] * (1 - c) + self.values[i + 1, j + 1] * c
+        return np.asarray(low + r * (high - low))
 
 
 @dataclass(frozen=True)

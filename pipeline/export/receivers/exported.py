@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.physics.parameters import read
+from pipeline.simulate.applied_wrench import levers, settled_thrust
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -28,10 +29,7 @@ class Subject:
     @property
     def matrix(self) -> FloatArray:
         """B (6, n): the wrench of one newton of each thruster, SNAME, about the origin."""
-        count = len(self.packed.thruster_names)
-        to = read(self.packed.vector, "thruster_direction")[:count]
-        at = read(self.packed.vector, "thruster_position")[:count]
-        return np.concatenate([to.T, np.cross(at, to).T])
+        return levers(self.packed)
 
     def code(self, thrust_n: FloatArray) -> FloatArray:
         """Codes (n,) that give thrusts (n,) at rest, held at the ends."""
@@ -70,23 +68,12 @@ class Exported:
 def subject_of(vehicle: Vehicle, packed: PackedVehicle) -> Subject:
     """Take the characteristics at rest from a packed vehicle."""
     share = np.linspace(0.0, 1.0, 129)
-    vector, count = packed.vector, len(packed.thruster_names)
-    kinds = read(vector, "thruster_type")[:count].astype(int)
-    largest = read(vector, "code_max")[:count]
-    lost = read(vector, "dead_zone")[:count]
-    gain, reverse = (read(vector, slot)[:count] for slot in ("thrust_gain", "reverse_gain"))
+    largest = read(packed.vector, "code_max")[: len(packed.thruster_names)]
     curves = []
-    for side in (0, 1):
-        rows = []
-        for k in range(count):
-            code = share * largest[k]
-            acts = np.maximum(code - lost[k], 0.0) * largest[k] / (largest[k] - lost[k])
-            table = packed.thrust_tables[kinds[k], side, 0]
-            knots = np.arange(table.size) * packed.steps[kinds[k], 1]
-            end = packed.code_limits[k, 1] if side == 0 else -packed.code_limits[k, 0]
-            thrust = np.interp(np.minimum(acts, end), knots, table)
-            rows.append(thrust * gain[k] * (1.0 if side == 0 else reverse[k]))
-        curves.append(np.maximum.accumulate(np.array(rows).reshape(count, -1), axis=1))
+    for end, sign in zip(packed.code_limits.T[::-1], (1.0, -1.0), strict=True):
+        code = sign * np.minimum(share[:, None] * largest, np.abs(end))
+        thrust = sign * settled_thrust(packed, code, np.zeros(largest.size)).T
+        curves.append(np.maximum.accumulate(thrust, axis=1))
     return Subject(vehicle, packed, share, *curves)
 
 

@@ -10,7 +10,7 @@ from flight_cases import one_way_horizontals
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.validate.closed_loop import ClosedLoop
 from pipeline.validate.controllers import general_controllers
-from pipeline.validate.steady_tables import calm_vehicle
+from pipeline.validate.plan import calm_vehicle
 
 #: A surge with a turn to starboard: two horizontals would have to push back.
 DEMAND = np.array([20.0, 0.0, 0.0, 0.0, 0.0, 6.0])

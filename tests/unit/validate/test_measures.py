@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pipeline.simulate.applied_wrench import settled_thrust
 from pipeline.simulate.fly import CONTROL_PERIOD_S
 from pipeline.validate import plan
 from pipeline.validate.campaign import _out_of_reach
 from pipeline.validate.closed_loop import ClosedLoop
 from pipeline.validate.flight import Course, Flight
 from pipeline.validate.measures import keeping, stepping
-from pipeline.validate.steady_tables import settled_thrust
 
 ROWS = 30
 RANGE = np.array([100.0, 50.0, 40.0, 20.0])

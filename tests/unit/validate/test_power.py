@@ -6,8 +6,7 @@ import pytest
 from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint
 from pipeline.records.validation import ElectricalModel
-from pipeline.validate.power import PowerModel, electrical_model
-from pipeline.validate.steady_tables import Grid
+from pipeline.validate.power import Grid, PowerModel, electrical_model
 
 
 def point(rpm: float, torque: float, **more: object) -> LoadTestPoint:

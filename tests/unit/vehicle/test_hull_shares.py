@@ -10,10 +10,10 @@ from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import EffectSpec, apply_effects, candidates
 from pipeline.errors import InputError
 from pipeline.physics.parameters import read
-from pipeline.simulate.applied_wrench import thruster_wrench
+from pipeline.simulate.applied_wrench import inflow_speed, settled_thrust, thruster_wrench
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
-from pipeline.validate.steady_tables import calm_vehicle, inflow_speed, settled_thrust
+from pipeline.validate.plan import calm_vehicle
 from pipeline.vehicle.estimates import share_changes
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.model_schema import HullShare, ThrustDeduction, WakeFraction

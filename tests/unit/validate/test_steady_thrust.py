@@ -14,19 +14,13 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
 from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.applied_wrench import levers
+from pipeline.simulate.applied_wrench import inflow_speed, levers, settled_thrust
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.validate.closed_loop import ClosedLoop
 from pipeline.validate.controllers import general_controllers, paper_shares
-from pipeline.validate.plan import axis_range
-from pipeline.validate.steady_tables import (
-    Grid,
-    calm_vehicle,
-    inflow_speed,
-    settled_thrust,
-    thrust_limits,
-)
+from pipeline.validate.plan import axis_range, calm_vehicle, thrust_limits
+from pipeline.validate.power import Grid
 from pipeline.vehicle.schema import Vehicle
 
 
