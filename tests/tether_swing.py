@@ -10,13 +10,14 @@ import numpy as np
 from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
 from pipeline.simulate.run import check_step
-from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
-from pipeline.simulate.tether_arrays import (
+from pipeline.simulate.tether import (
+    LumpedMassTether,
+    TetherHistory,
     TetherRecord,
+    TetherState,
     history,
     prepare,
     refuse,
-    swung,
 )
 from pipeline.types import ArrayLike, FloatArray
 
@@ -72,15 +73,14 @@ def swing(
         winch_command=winch_command,
     )
     out = TetherRecord.empty(steps, len(inputs.place))
-    status = swung(
-        inputs,
-        out,
-        lower=kernel.FREE if lower == "free" else kernel.HELD,
-        lower_velocity=np.zeros((1, 3))
-        if lower_velocity_mps is None
-        else np.array(lower_velocity_mps, float, ndmin=2),
-        dt_s=dt_s,
-        settle=settle,
+    below = np.zeros(3) if lower_velocity_mps is None else lower_velocity_mps
+    status = kernel.swing(
+        kernel.FREE if lower == "free" else kernel.HELD,
+        np.array(below, float, ndmin=2),
+        float(dt_s),
+        settle,
+        *inputs,
+        *out,
     )
     refuse(status, tether, dt_s)
     return history(out, inputs, dt_s=dt_s)

@@ -41,7 +41,7 @@ ROTOR_INERTIA = offset("rotor_inertia")
 #: Entries of the state.
 BODY = 13
 STATE = BODY + MOST_THRUSTERS
-RK4, SEMI_IMPLICIT, MIDPOINT = 0, 1, 2
+RK4, SEMI_IMPLICIT = 0, 1
 
 
 class Fixed(NamedTuple):
@@ -273,15 +273,13 @@ def integrate(
         set_codes(p, codes, x)
         copied(x, start)
         copied(x, states[k])
-        # the four slopes of Runge and Kutta, the first and that half a step on, or the first alone
-        last = 0 if k == count or method == SEMI_IMPLICIT else 3 if method == RK4 else 1
+        # the four slopes of Runge and Kutta, or the first alone
+        last = 0 if k == count or method == SEMI_IMPLICIT else 3
         for stage in range(last + 1):
             rates(p, x, codes, external, row, fixed, work, rate, thrust)
             if stage == 0:
                 copied(rate[7:13], accelerations[k])
                 copied(thrust, thrusts[k])
-                copied(rate, total)
-            elif method == MIDPOINT:
                 copied(rate, total)
             else:
                 moved(total, rate, 2.0 if stage < 3 else 1.0, 0, STATE, total)
@@ -297,7 +295,7 @@ def integrate(
             quaternion_rate(start, x[7:13], rate)
             moved(start, rate, dt, 0, 7, x)
         else:
-            moved(start, total, dt if method == MIDPOINT else dt / 6.0, 0, STATE, x)
+            moved(start, total, dt / 6.0, 0, STATE, x)
         set_codes(p, late[k, 2], x)
         normalise_quaternion(x)
 

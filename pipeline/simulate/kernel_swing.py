@@ -169,7 +169,6 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
     lower: int,
     lower_velocity: Array,
     commands: Array,
-    fastest_water: float,
     dt: float,
     settle: bool,
     nodes: Nodes,
@@ -195,7 +194,7 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
                 speed[count, j] = lower_velocity[down, j]
         if not all_finite(count, nodes):
             return NOT_FINITE
-        n = substeps(c, winch, count, nodes, fastest_water, end_mass, dt)
+        n = substeps(c, winch, count, nodes, end_mass, dt)
         if n == 0:
             return TOO_STIFF
         paid_out = paid_out_length(count, nodes, owed)
@@ -242,14 +241,13 @@ def swing_on(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
 
 @compiled
 def swing(
-    c: Array,
-    winch: Array,
     lower: int,
     lower_velocity: Array,
-    commands: Array,
-    fastest_water: float,
     dt: float,
     settle: bool,
+    c: Array,
+    winch: Array,
+    commands: Array,
     place: Array,
     speed: Array,
     rest: Array,
@@ -259,12 +257,12 @@ def swing(
     ends: Array,
     logs: Array,
 ) -> int:
-    """Integrate a cable alone, its lower end free or held; RK4 with sub-steps.
+    """Integrate a cable alone, its lower end `FREE` or `HELD`; RK4 with sub-steps.
 
-    `lower_velocity` (m or 1, 3) and the winch's `commands` (m or 1,) are held for a step each.
-    Fills `places` (m + 1, room, 3), `tensions` (m + 1, room - 1), `ends` (m + 1, 2, 3), the force
-    on the bodies at the top and below, and `logs` (m + 1, 4): segments in use, paid-out length,
-    drum speed, sub-steps. With `settle` the nodes are stopped whenever their kinetic energy
+    `lower_velocity` (m or 1, 3) of a held end and the winch's `commands` (m or 1,) are held for a
+    step each. Fills `places` (m + 1, room, 3), `tensions` (m + 1, room - 1), `ends` (m + 1, 2, 3),
+    the force on the bodies at the top and below, and `logs` (m + 1, 4): segments in use, paid-out
+    length, drum speed, sub-steps. With `settle` the nodes are stopped whenever their kinetic energy
     has passed a peak, which brings the cable to rest (dynamic relaxation with kinetic damping,
     Barnes 1999).
     """
@@ -275,7 +273,6 @@ def swing(
         lower,
         lower_velocity,
         commands,
-        fastest_water,
         dt,
         settle,
         nodes,

@@ -228,7 +228,6 @@ def substeps(
     winch: Array,
     count: int,
     nodes: Nodes,
-    fastest_water: float,
     end_mass: float,
     dt: float,
 ) -> int:
@@ -243,6 +242,7 @@ def substeps(
     speed, rest = nodes.speed, nodes.rest
     quickest = 0.0
     drag_rate = 0.0
+    water = (c[CURRENT] ** 2 + c[CURRENT + 1] ** 2 + c[CURRENT + 2] ** 2) ** 0.5
     drag = 2.0 * max(c[NORMAL] / (c[MASS] + c[ADDED]), c[TANGENT] / c[MASS])
     for i in range(count + 1):
         stiffness = 0.0
@@ -266,7 +266,7 @@ def substeps(
         damping = dashpots / mass  # half of the bound 2 (sum of dashpots) / m
         rate = damping + (max(damping * damping - square, 0.0)) ** 0.5
         quickest = max(quickest, square**0.5, rate)
-        size = (speed[i, 0] ** 2 + speed[i, 1] ** 2 + speed[i, 2] ** 2) ** 0.5 + fastest_water
+        size = (speed[i, 0] ** 2 + speed[i, 1] ** 2 + speed[i, 2] ** 2) ** 0.5 + water
         drag_rate = max(drag_rate, drag * size)
     need = dt * (quickest + drag_rate) / FASTEST_PHASE
     if not need < MOST_SUBSTEPS:

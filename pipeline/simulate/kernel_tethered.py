@@ -209,7 +209,6 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
     c: Array,
     winch: Array,
     winch_commands: Array,
-    fastest_water: float,
     nodes: Nodes,
     joint: Joint,
     carried: Array,
@@ -246,7 +245,7 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
             size += abs(x[i])
         if not (np.isfinite(size) and all_finite(count, nodes)):
             return NOT_FINITE
-        n = substeps(c, winch, count, nodes, fastest_water, end_mass, dt)
+        n = substeps(c, winch, count, nodes, end_mass, dt)
         if n == 0:
             return TOO_STIFF
         paid_out = paid_out_length(count, nodes, owed)
@@ -320,7 +319,6 @@ def simulate_tethered(
     c: Array,
     winch: Array,
     winch_commands: Array,
-    fastest_water: float,
     place: Array,
     speed: Array,
     rest: Array,
@@ -353,7 +351,6 @@ def simulate_tethered(
         c,
         winch,
         winch_commands,
-        fastest_water,
         nodes,
         joint,
         carried,

@@ -9,16 +9,16 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import AS_STATED, Conditions
-from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, SEMI_IMPLICIT, STATE
+from pipeline.simulate.kernel import BODY, RK4, SEMI_IMPLICIT, STATE
 from pipeline.simulate.kernel_alone import lag_pieces, simulate_pieces
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import vector_under
 from pipeline.types import FloatArray, IntArray
 
-Method = Literal["rk4", "semi_implicit", "midpoint"]
-_METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT, "midpoint": MIDPOINT}
+Method = Literal["rk4", "semi_implicit"]
+_METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT}
 #: Step times rate of a shaft that is still computed well: half to two thirds of the stable one.
-_SHAFT_REACH = {"rk4": 2.0, "semi_implicit": 1.0, "midpoint": 1.0}
+_SHAFT_REACH = {"rk4": 2.0, "semi_implicit": 1.0}
 
 
 @dataclass(frozen=True)
@@ -93,21 +93,12 @@ def run(
     method: Method = "rk4",
     start_time_s: float = 0.0,
 ) -> Trajectory:
-    """Simulate commands held for one step each.
+    """Simulate `commands` (m, n), codes of the n thrusters, held for one step `dt_s` each. [s].
 
-    Parameters
-    ----------
-    commands : ndarray, shape (m, n)
-        Codes of the n thrusters.
-    dt_s, start_time_s : float
-        Step, and time of the first sample. [s]
-    vector, start : ndarray, optional
-        Parameter vector in place of the nominal one; kernel state to start from, at rest at the
-        origin otherwise.
-    external : ndarray, shape (m, 6) or (1, 6), optional
-        Force [N] and moment [N m] on the body from outside the model (gripper, snag).
-    method : {"rk4", "semi_implicit", "midpoint"}
-        Of fourth order, of first with the pose moved by the new velocity, or of second.
+    `vector` takes the place of the nominal one; `start` is the kernel state at `start_time_s`, at
+    rest at the origin otherwise. `external` (m, 6) or (1, 6) is a force [N] and moment [N m] on the
+    body from outside the model (gripper, snag). "rk4" is of fourth order, "semi_implicit" of first
+    with the pose moved by the new velocity.
 
     Raises
     ------

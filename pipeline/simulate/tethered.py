@@ -19,14 +19,16 @@ from pipeline.simulate.kernel import STATE
 from pipeline.simulate.kernel_tethered import simulate_tethered
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory, checked_codes, initial_state, trajectory
-from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState, lumped_tether
-from pipeline.simulate.tether_arrays import (
+from pipeline.simulate.tether import (
+    LumpedMassTether,
+    TetherHistory,
     TetherRecord,
+    TetherState,
     history,
+    lumped_tether,
     prepare,
     refuse,
     refuse_short,
-    swung,
 )
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.attachment_schema import Tether
@@ -107,22 +109,12 @@ def fly_tethered(
         np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float),
         float(dt_s),
         *packed.tables,
-        prepared.cable,
-        prepared.winch,
-        prepared.commands,
-        prepared.fastest_water,
-        prepared.place,
-        prepared.speed,
-        prepared.rest,
-        prepared.carried,
+        *prepared,
         states,
         accelerations,
         thrusts,
         wrenches,
-        record.place,
-        record.tension,
-        record.ends,
-        record.logs,
+        *record,
     )
     refuse(status, cable, dt_s, name=f"{packed.name} on its tether")
     tether_run = history(record, prepared, dt_s=dt_s, start_time_s=start_time_s, wrench=wrenches)
@@ -198,8 +190,7 @@ def hang(
     steps = max(int(np.ceil(settle_s / _STEP_S)), 1)
     inputs = prepare(tether, state, current_mps=current)
     out = TetherRecord.empty(steps, len(inputs.place))
-    still = np.zeros((1, 3))
-    status = swung(inputs, out, lower=kernel.HELD, lower_velocity=still, dt_s=_STEP_S, settle=True)
+    status = kernel.swing(kernel.HELD, np.zeros((1, 3)), _STEP_S, settle_s > 0, *inputs, *out)
     refuse(status, tether, _STEP_S)
     return replace(state, position_ned_m=history(out, inputs, dt_s=_STEP_S).final.position_ned_m)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.physics.parameters import write
-from pipeline.simulate.kernel import BODY, MIDPOINT, STATE
+from pipeline.simulate.kernel import BODY, SEMI_IMPLICIT, STATE
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Pieces, run, run_pieces
 
@@ -40,7 +40,7 @@ def test_a_piece_knows_nothing_of_the_one_before(
     slots = {"lag": lags, "drive_dead": dead, "lag_dead_share": form[0], "lag_power": form[1]}
     packed = make_packed(**slots)
     pieces, starts, outside = cut()
-    states, rates, _ = run_pieces(packed, pieces, packed.vector, starts, outside, MIDPOINT)
+    states, rates, _ = run_pieces(packed, pieces, packed.vector, starts, outside, SEMI_IMPLICIT)
     for number, (first, end) in enumerate(pairwise(BOUNDS)):
         alone = run(
             packed,
@@ -48,7 +48,7 @@ def test_a_piece_knows_nothing_of_the_one_before(
             dt_s=float(STEPS_S[number]),
             start=starts[number],
             external=outside[first:end],
-            method="midpoint",
+            method="semi_implicit",
         )
         rows = slice(pieces.first_row[number], pieces.last_row[number] + 1)
         np.testing.assert_array_equal(states[rows, 7:13], alone.nu)
@@ -66,7 +66,7 @@ def test_what_lags_falls_off_exponentially(
         lag=np.full(12, tau), drive_dead=np.full(12, dead), lag_dead_share=dead_share
     )
     write(packed.vector, "lag_power", power)
-    flown = run(packed, np.full((30, COUNT), code), dt_s=0.02, method="midpoint")
+    flown = run(packed, np.full((30, COUNT), code), dt_s=0.02, method="semi_implicit")
     begins = dead_share * dead
     share = (np.full(31, code) - begins) / (largest - begins)
     lags = share**power * (1.0 - np.exp(-0.02 * np.arange(31) / tau))

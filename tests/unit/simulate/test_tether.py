@@ -5,8 +5,7 @@ import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
-from pipeline.simulate.tether import LumpedMassTether, TetherState
-from pipeline.simulate.tether_arrays import Prepared, prepare
+from pipeline.simulate.tether import LumpedMassTether, Prepared, TetherState, prepare
 
 CABLE = LumpedMassTether(10.0, 20, 0.01, 0.1, 1.2, 0.01, 2e4, 1000.0, 9.81)
 
