@@ -67,7 +67,7 @@ def fly_all(
         ("weak, file as it was", right, sound),
         ("weak, file corrected", right, right),
     ):
-        flight = fly_course(truth.packed, sound.autopilot, member.member("compensated"), course)
+        flight = fly_course(truth.packed, member.member("compensated"), course)
         found[name] = Flown(flight, (flight.thrust_n - flight.wanted_n) @ matrix.T)
     return found
 

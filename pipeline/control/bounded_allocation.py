@@ -156,20 +156,16 @@ class GeneralAllocator:
         """Thrusts (n, 6) of a wrench of one, the least that give it."""
         return np.asarray(np.linalg.pinv(self.configuration(), rcond=1e-6))
 
-    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
-        """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether it saturates."""
-        codes, _, cut = self.decide(demand, nu_relative)
-        return codes, cut
-
     def decide(
         self,
         demand: FloatArray,
         nu_relative: FloatArray,
         limits: tuple[FloatArray, FloatArray] | None = None,
     ) -> tuple[FloatArray, FloatArray, bool]:
-        """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut.
+        """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it.
 
-        `limits` take the place of `smallest_n` and `largest_n`.
+        Beside the codes the thrusts (n,) [N] that they are meant to give. `limits` take the place
+        of `smallest_n` and `largest_n`.
         """
         smallest, largest = limits or (self.smallest_n, self.largest_n)
         thrust = self.thrust_of_wrench @ demand

@@ -69,11 +69,6 @@ class PaperAllocator:
     corrections: "Corrections | None" = None
     others: Mapping[int, Inverse] = field(default_factory=dict)
 
-    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
-        """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
-        codes, _, cut = self.decide(demand, nu_relative)
-        return codes, cut
-
     def along(self, nu_relative: FloatArray) -> FloatArray:
         """Speed at which each thruster is taken, (n,). [m/s]."""
         if self.direction is not None:

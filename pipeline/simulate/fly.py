@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from math import atan2, pi, remainder, sqrt
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -32,8 +32,10 @@ class FlightChange(Protocol):
 class CodeAllocator(Protocol):
     """Turns a wrench demand into codes."""
 
-    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
-        """Codes (n,) for a wrench (6,) at a velocity (6,), and whether it is out of reach."""
+    def decide(
+        self, demand: FloatArray, nu_relative: FloatArray
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """Codes (n,), wanted thrusts (n,) [N], and whether a limit cut the demand (6,)."""
         ...
 
 
@@ -147,6 +149,17 @@ def motion_of(state: FloatArray) -> MeasuredState:
     )
 
 
+class Period(NamedTuple):
+    """A control period: the state and demand that it begins with, what follows, how it went."""
+
+    state: FloatArray
+    demand: FloatArray
+    codes: FloatArray
+    wanted_n: FloatArray
+    cut: bool
+    flown: Trajectory
+
+
 def fly(
     packed: PackedVehicle,
     plan: FlightPlan,
@@ -156,6 +169,7 @@ def fly(
     step_s: float | None = None,
     change: FlightChange | None = None,
     mover: Mover = run,
+    watch: Callable[[Period], object] = lambda _: None,
 ) -> Trajectory:
     """Fly a plan and return the whole run.
 
@@ -163,7 +177,7 @@ def fly(
     e.g. with effects switched on. `step_s` [s] divides the control period, `usual_step_s`
     otherwise. `change` is asked at the start of every control period, its vector takes the place of
     `vector`, and the autopilot is not told. `mover` moves the vehicle from command to command:
-    `run`, or the vehicle on its tether.
+    `run`, or the vehicle on its tether. `watch` is shown every period.
 
     Raises
     ------
@@ -188,7 +202,7 @@ def fly(
             )
         if plan.wrench is not None:
             demand = demand + plan.wrench(now)
-        codes, saturated = allocate.codes(demand, state[7:13])
+        codes, wanted_n, saturated = allocate.decide(demand, state[7:13])
         piece = mover(
             packed,
             np.tile(codes, (inner, 1)),
@@ -197,6 +211,7 @@ def fly(
             start=state,
             start_time_s=now,
         )
+        watch(Period(state, demand, codes, wanted_n, saturated, piece))
         pieces.append(piece)
         state = piece.final_state
     return join(pieces)

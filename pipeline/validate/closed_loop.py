@@ -18,12 +18,12 @@ from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import KeepingFlight, PortionFlight, StepFlight, Variant
 from pipeline.simulate.context import model_of
-from pipeline.simulate.fly import autopilot_for
+from pipeline.simulate.fly import CodeAllocator, autopilot_for
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.validate import plan
 from pipeline.validate.controllers import Controllers, general_controllers, paper_controllers
-from pipeline.validate.flight import AXIS_ROWS, Course, Decide, Flight, fly_course
+from pipeline.validate.flight import AXIS_ROWS, Course, Flight, fly_course
 from pipeline.validate.measures import keeping, stepping
 from pipeline.validate.power import PowerModel
 from pipeline.vehicle.model_schema import FromBollard
@@ -121,22 +121,22 @@ class ClosedLoop:
             explanations=(*controllers.explanations, *texts),
         )
 
-    def member(self, name: Variant) -> Decide | None:
+    def member(self, name: Variant) -> CodeAllocator | None:
         """Who flies a variant; nobody where the thrusters are ideal."""
         if name == "ideal":
             return None
         return self.controllers.mooring if name == "mooring" else self.controllers.compensated
 
-    def fly(self, member: Decide | None, speed_mps: float) -> Flight:
+    def fly(self, member: CodeAllocator | None, speed_mps: float) -> Flight:
         """Keep course, depth and speed against the disturbance."""
         course = Course(
             speed_mps, plan.KEEPING_S, plan.disturbance(self.amplitude), roll_rad=self.roll_rad
         )
-        return fly_course(self.packed, self.autopilot, member, course)
+        return fly_course(self.packed, member, course)
 
     def step(
         self,
-        member: Decide | None,
+        member: CodeAllocator | None,
         speed_mps: float,
         *,
         heading_deg: float = 0.0,
@@ -152,7 +152,7 @@ class ClosedLoop:
             step_s=plan.STEP_AT_S,
             roll_rad=self.roll_rad,
         )
-        return fly_course(self.packed, self.autopilot, member, course)
+        return fly_course(self.packed, member, course)
 
     def keeping(self, name: Variant, flight: Flight) -> KeepingFlight:
         """Measure a keeping flight."""

@@ -21,10 +21,9 @@ from pipeline.export.fixed_point import Q16_ONE, FixedTables, fixed_tables
 from pipeline.export.grid_check import check_characteristic
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.applied_wrench import inflow_speed, levers, settled_thrust
-from pipeline.simulate.fly import general_allocator
+from pipeline.simulate.fly import CodeAllocator, general_allocator
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import ArrayLike, BoolArray, FloatArray
-from pipeline.validate.flight import Decide
 from pipeline.validate.plan import SURGE_PORTIONS, thrust_limits
 from pipeline.vehicle.schema import Allocator, Portions
 
@@ -93,13 +92,13 @@ class Controllers:
     are the compensated allocator with one thing changed.
     """
 
-    mooring: Decide
-    compensated: Decide
+    mooring: CodeAllocator
+    compensated: CodeAllocator
     mooring_name: str
     compensated_name: str
     thrust_of_wrench: FloatArray
-    settings: tuple[tuple[str, Decide], ...] = ()
-    portioned: tuple[tuple[Portions, Decide], ...] = ()
+    settings: tuple[tuple[str, CodeAllocator], ...] = ()
+    portioned: tuple[tuple[Portions, CodeAllocator], ...] = ()
     explanations: tuple[str, ...] = ()
     fixed: FixedPoint | None = None
 
@@ -187,7 +186,7 @@ def paper_controllers(
 
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)
-    settings: list[tuple[str, Decide]] = [
+    settings: list[tuple[str, CodeAllocator]] = [
         ("codes not rounded", controllers(grid, round_codes=False)),
         (
             "speed given as V_x for every stern thruster, as in the paper",

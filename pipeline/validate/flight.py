@@ -1,32 +1,29 @@
 """One flight: autopilot, allocator and compiled kernel in a loop, everything of it kept."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.control.autopilot import Autopilot, Setpoint
+from pipeline.control.autopilot import Setpoint
 from pipeline.physics.parameters import read
 from pipeline.simulate.applied_wrench import inflow_speed, levers
-from pipeline.simulate.fly import CONTROL_PERIOD_S, motion_of, usual_step_s
+from pipeline.simulate.fly import (
+    CONTROL_PERIOD_S,
+    CodeAllocator,
+    FlightPlan,
+    Period,
+    autopilot_for,
+    fly,
+    motion_of,
+)
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import initial_state, run
+from pipeline.simulate.run import Trajectory, initial_state, run
 from pipeline.types import BoolArray, FloatArray
 
 #: Depth that is kept, far from the surface. [m]
 DEPTH_M = 10.0
-
-
-class Decide(Protocol):
-    """An allocator that also tells which thrusts it means."""
-
-    def decide(
-        self, demand: FloatArray, nu_relative: FloatArray
-    ) -> tuple[FloatArray, FloatArray, bool]:
-        """Codes (n,), wanted thrusts (n,) [N], and whether a limit cut the demand (6,)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -83,9 +80,7 @@ class Flight:
         return CONTROL_PERIOD_S * np.arange(len(self.motion), dtype=np.float64)
 
 
-def fly_course(
-    packed: PackedVehicle, autopilot: Autopilot, allocator: Decide | None, course: Course
-) -> Flight:
+def fly_course(packed: PackedVehicle, allocator: CodeAllocator | None, course: Course) -> Flight:
     """Fly a course from its speed, thrusters at what the allocator asks for the drag there.
 
     The true vehicle with a fresh autopilot, the same for every flight. Without an allocator the
@@ -96,67 +91,74 @@ def fly_course(
     CannotComputeError
         As `run` does.
     """
-    count = len(packed.thruster_names)
     if allocator is None:  # ideal thrusters do not drag
         packed = replace(packed, thrust_tables=np.zeros_like(packed.thrust_tables))
-    steps = round(course.duration_s / CONTROL_PERIOD_S)
-    inner = round(CONTROL_PERIOD_S / usual_step_s(packed))
-    state = _start(packed, autopilot, allocator, course)
-    kept = {
-        "motion": np.zeros((steps, 4)),
-        "reference": np.zeros((steps, 4)),
-        "demand": np.zeros((steps, 6)),
-        "wanted_n": np.zeros((steps, count)),
-        "codes": np.zeros((steps, count)),
-        "actuator": np.zeros((steps, count)),
-        "thrust_n": np.zeros((steps, count)),
-    }
-    nu = np.zeros((steps, 6))
-    cuts = np.zeros(steps, dtype=np.bool_)
-    cut = False
-    for k in range(steps):
-        now = k * CONTROL_PERIOD_S
-        motion, wanted = motion_of(state), course.reference(now)
-        demand, autopilot = autopilot.step(motion, wanted, CONTROL_PERIOD_S, saturated=cut)
-        outside = course.disturbance(now)
-        if allocator is None:
-            codes, thrust, cut = np.zeros(count), np.zeros(count), False
-            outside = outside + demand
-        else:
-            codes, thrust, cut = allocator.decide(demand, state[7:13])
-        nu[k], cuts[k] = state[7:13], cut
-        row = (motion.surge_mps, motion.depth_m, motion.heading_rad, motion.pitch_rad)
-        kept["motion"][k] = row
-        kept["reference"][k] = [
-            wanted.surge_mps or 0.0,
-            wanted.depth_m or 0.0,
-            wanted.heading_rad or 0.0,
-            wanted.pitch_rad or 0.0,
-        ]
-        kept["demand"][k], kept["wanted_n"][k], kept["codes"][k] = demand, thrust, codes
-        piece = run(
+    ideal = _Ideal(len(packed.thruster_names))
+
+    def moved(
+        packed: PackedVehicle,
+        commands: FloatArray,
+        *,
+        dt_s: float,
+        vector: FloatArray | None = None,
+        start: FloatArray | None = None,
+        start_time_s: float = 0.0,
+    ) -> Trajectory:
+        return run(
             packed,
-            np.broadcast_to(codes, (inner, count)),
-            dt_s=CONTROL_PERIOD_S / inner,
-            start=state,
-            external=outside[None, :],
-            start_time_s=now,
+            commands,
+            dt_s=dt_s,
+            vector=vector,
+            start=start,
+            start_time_s=start_time_s,
+            external=(course.disturbance(start_time_s) + ideal.demand)[None],
         )
-        kept["actuator"][k], kept["thrust_n"][k] = piece.actuator[-1], piece.thrust_n[-1]
-        state = piece.final_state
-    return Flight(course=course, inflow_mps=inflow_speed(packed, nu), cut=cuts, **kept)
+
+    kept: list[Period] = []
+    plan = FlightPlan(course.duration_s, course.reference, start=_start(packed, allocator, course))
+    fly(packed, plan, allocator=allocator or ideal, mover=moved, watch=kept.append)
+    seen = [motion_of(one.state) for one in kept]
+    told = [course.reference(k * CONTROL_PERIOD_S) for k in range(len(kept))]
+    return Flight(
+        course=course,
+        motion=np.array([(m.surge_mps, m.depth_m, m.heading_rad, m.pitch_rad) for m in seen]),
+        reference=np.array(
+            [[r.surge_mps, r.depth_m, r.heading_rad, r.pitch_rad] for r in told], float
+        ),
+        demand=np.array([one.demand for one in kept]),
+        wanted_n=np.array([one.wanted_n for one in kept]),
+        codes=np.array([one.codes for one in kept]),
+        actuator=np.array([one.flown.actuator[-1] for one in kept]),
+        inflow_mps=inflow_speed(packed, np.array([one.state[7:13] for one in kept])),
+        thrust_n=np.array([one.flown.thrust_n[-1] for one in kept]),
+        cut=np.array([one.cut for one in kept]),
+    )
 
 
-def _start(
-    packed: PackedVehicle, autopilot: Autopilot, allocator: Decide | None, course: Course
-) -> FloatArray:
+@dataclass
+class _Ideal:
+    """Thrusters that give what is asked: codes of none, the demand acts on the body itself."""
+
+    count: int
+    demand: FloatArray = field(default_factory=lambda: np.zeros(6))
+
+    def decide(
+        self, demand: FloatArray, nu_relative: FloatArray
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """Keep the demand."""
+        del nu_relative
+        self.demand = demand
+        return np.zeros(self.count), np.zeros(self.count), False
+
+
+def _start(packed: PackedVehicle, allocator: CodeAllocator | None, course: Course) -> FloatArray:
     """Kernel state under way, actuators where the first demand puts them."""
     nu = (course.speed_mps, 0.0, 0.0, 0.0, 0.0, 0.0)
     state = initial_state(position_ned_m=(0.0, 0.0, DEPTH_M), nu=nu)
     if allocator is None:
         return state
     level = Setpoint(course.speed_mps, DEPTH_M, 0.0, 0.0, course.roll_rad)
-    demand, _ = autopilot.step(motion_of(state), level, CONTROL_PERIOD_S)
+    demand, _ = autopilot_for(packed).step(motion_of(state), level, CONTROL_PERIOD_S)
     codes, _, _ = allocator.decide(demand, state[7:13])
     count = len(codes)
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)

@@ -32,7 +32,7 @@ def test_configuration_by_hand() -> None:
 def test_a_force_is_shared_evenly(axis: int) -> None:
     demand = np.zeros(6)
     demand[axis] = 40.0
-    thrust, saturated = allocator().codes(demand, np.zeros(6))
+    thrust, _, saturated = allocator().decide(demand, np.zeros(6))
     assert not saturated
     assert np.abs(thrust) == pytest.approx(40.0 / (4 * S))
     assert allocator().configuration() @ thrust == pytest.approx(demand, abs=1e-9)
@@ -40,7 +40,7 @@ def test_a_force_is_shared_evenly(axis: int) -> None:
 
 def test_beyond_the_limits_the_direction_is_kept() -> None:
     demand = np.array([400.0, 100.0, 0, 0, 0, 0])
-    thrust, saturated = allocator().codes(demand, np.zeros(6))
+    thrust, _, saturated = allocator().decide(demand, np.zeros(6))
     assert saturated
     assert thrust.max() == pytest.approx(50.0)
     given = allocator().configuration() @ thrust
@@ -48,14 +48,14 @@ def test_beyond_the_limits_the_direction_is_kept() -> None:
 
 
 def test_the_weaker_side_limits() -> None:
-    thrust, saturated = allocator(-20.0).codes(np.array([-100.0, 0, 0, 0, 0, 0]), np.zeros(6))
+    thrust, _, saturated = allocator(-20.0).decide(np.array([-100.0, 0, 0, 0, 0, 0]), np.zeros(6))
     assert saturated
     assert thrust == pytest.approx([-20.0] * 4)
 
 
 def test_an_axis_out_of_reach_is_left_alone() -> None:
     """No thruster pushes along z: the heave demand vanishes and disturbs nothing."""
-    thrust, saturated = allocator().codes(np.array([10.0, 0, 500.0, 0, 0, 0]), np.zeros(6))
+    thrust, _, saturated = allocator().decide(np.array([10.0, 0, 500.0, 0, 0, 0]), np.zeros(6))
     assert not saturated
     assert allocator().configuration() @ thrust == pytest.approx([10, 0, 0, 0, 0, 0], abs=1e-9)
 
@@ -69,5 +69,5 @@ def test_inflow_is_that_at_the_thrusters_place() -> None:
         return thrust_n
 
     one = GeneralAllocator(POSITION, DIRECTION, np.full(4, 50.0), np.full(4, -50.0), keep)
-    one.codes(np.zeros(6), np.array([1.0, 0, 0, 0, 0, 1.0]))
+    one.decide(np.zeros(6), np.array([1.0, 0, 0, 0, 0, 1.0]))
     assert seen[0] == pytest.approx([S * (1 - 1) - S, S * (1 + 1) + S, S * (1 - 1) - S, 3 * S])

@@ -60,7 +60,7 @@ def test_surge_heave_and_pitch_are_met_together(demand: tuple[float, ...]) -> No
     """Within the rounding of five whole newtons."""
     allocator = geometry()
     one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
-    codes, cut = one.codes(np.array(demand, float), np.zeros(6))
+    codes, _, cut = one.decide(np.array(demand, float), np.zeros(6))
     assert not cut
     assert codes[NAMES.index("spare")] == 0.0
     # rounding: 2 newtons of the four stern thrusters, half of one of the bow
@@ -72,7 +72,7 @@ def test_surge_heave_and_pitch_are_met_together(demand: tuple[float, ...]) -> No
 def test_yaw_takes_the_sides_and_sway_comes_with_it() -> None:
     allocator = geometry()
     one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
-    codes, _ = one.codes(np.array([0, 0, 0, 0, 0, 10.0]), np.zeros(6))
+    codes, _, _ = one.decide(np.array([0, 0, 0, 0, 0, 10.0]), np.zeros(6))
     got = wrench_of(codes, allocator)
     assert got[5] == pytest.approx(10.0)
     assert got[1] == pytest.approx(-10.0)
@@ -82,25 +82,25 @@ def test_yaw_takes_the_sides_and_sway_comes_with_it() -> None:
 def test_says_when_a_limit_cut_it() -> None:
     one = PaperAllocator(geometry(), OneNewtonACode(), NAMES)
     surge = np.array([60.0, 0, 0, 0, 0, 0])
-    assert not one.codes(surge, np.zeros(6))[1]
-    assert one.codes(surge, np.array([2.0, 0, 0, 0, 0, 0]))[1]
-    assert one.codes(np.array([0, 0, 200.0, 0, 0, 0]), np.zeros(6))[1]
+    assert not one.decide(surge, np.zeros(6))[2]
+    assert one.decide(surge, np.array([2.0, 0, 0, 0, 0, 0]))[2]
+    assert one.decide(np.array([0, 0, 200.0, 0, 0, 0]), np.zeros(6))[2]
 
 
 def test_a_bow_thruster_without_a_stated_arm_lifts_and_makes_no_moment() -> None:
     allocator = geometry(bow_arm_m=None)
     one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
-    codes, cut = one.codes(np.array([0, 0, -20.0, 0, 4.0, 0]), np.zeros(6))
+    codes, _, cut = one.decide(np.array([0, 0, -20.0, 0, 4.0, 0]), np.zeros(6))
     assert not cut
     assert wrench_of(codes, allocator)[[2, 4]] == pytest.approx([-20.0, 4.0])
     assert codes[NAMES.index("bow")] == pytest.approx(24.0)
-    assert one.codes(np.array([0, 0, -60.0, 0, 0, 0]), np.zeros(6))[1]
+    assert one.decide(np.array([0, 0, -60.0, 0, 0, 0]), np.zeros(6))[2]
 
 
 def test_without_a_bow_thruster_heave_is_left_out() -> None:
     allocator = geometry(bow=None, bow_arm_m=None)
     one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
-    codes, _ = one.codes(np.array([0, 0, 20.0, 0, 4.0, 0]), np.zeros(6))
+    codes, _, _ = one.decide(np.array([0, 0, 20.0, 0, 4.0, 0]), np.zeros(6))
     assert wrench_of(codes, allocator)[4] == pytest.approx(4.0)
     assert codes[NAMES.index("bow")] == 0.0
 

@@ -180,8 +180,8 @@ def test_reverse_codes_inside_the_dead_zone_leave_the_other_demands(
     """A drive that gives nothing backwards loses its share of a demand, not the demand."""
     allocator = general_allocator(rov(vehicles, dead=28.0, code_min=lowest))
     demand = np.array([20.0, 0, 0, 0, 0, 2.0])
-    codes, cut = allocator.codes(demand, np.zeros(6))
+    codes, _, cut = allocator.decide(demand, np.zeros(6))
     assert not cut
     assert (codes[[0, 1, 2, 3]] > 50).sum() >= 2
-    full, _ = general_allocator(rov(vehicles, dead=28.0)).codes(demand, np.zeros(6))
+    full, _, _ = general_allocator(rov(vehicles, dead=28.0)).decide(demand, np.zeros(6))
     np.testing.assert_array_equal(codes[full > 0], full[full > 0])

@@ -244,7 +244,7 @@ def test_allocator_gives_the_wrench_that_was_asked(
     generator = np.random.default_rng(4)
     for _ in range(20):
         demand = matrix @ generator.uniform(-0.4, 0.6, matrix.shape[1]) * 20.0
-        codes, saturated = allocator.codes(demand, np.zeros(6))
+        codes, _, saturated = allocator.decide(demand, np.zeros(6))
         assert not saturated
         assert codes.tolist() == np.round(codes).tolist()
         vector = packed.vector.copy()
@@ -287,7 +287,7 @@ def test_direction_of_a_demand_is_kept_where_reverse_codes_end_early(
     one_way = general_allocator(
         dataclasses.replace(packed, code_limits=packed.code_limits * [0.0, 1.0])
     )
-    codes, _ = one_way.codes(np.array([20.0, 0, 0, 0, 0, 2.0]), np.zeros(6))
+    codes, _, _ = one_way.decide(np.array([20.0, 0, 0, 0, 0, 2.0]), np.zeros(6))
     assert codes.max() > 28
     assert codes.min() >= 0
 
@@ -295,7 +295,7 @@ def test_direction_of_a_demand_is_kept_where_reverse_codes_end_early(
 def test_round_off_is_no_command(packed_vehicles: dict[str, PackedVehicle]) -> None:
     """A heave demand leaves the horizontal thrusters at rest, not at the edge of the dead zone."""
     allocator = general_allocator(packed_vehicles["rov8"])
-    codes, _ = allocator.codes(np.array([0, 0, -8.0, 0, 0, 0]), np.zeros(6))
+    codes, _, _ = allocator.decide(np.array([0, 0, -8.0, 0, 0, 0]), np.zeros(6))
     assert codes[:4].tolist() == [0, 0, 0, 0]
     assert (codes[4:] > 28).all()
 
