@@ -78,14 +78,20 @@ def curve_from_family(code: FloatArray, thrust_n: FloatArray) -> ThrustCurve | N
     live = np.flatnonzero(thrust_n > 0)
     if live.size < 2:
         return None
-    first = live[0]
-    codes, thrusts = code[first:], _strictly_rising(thrust_n[first:])
-    gradient = (thrusts[1] - thrusts[0]) / (codes[1] - codes[0])
-    lowest = code[first - 1] if first > 0 else 0.0
-    edge = max(codes[0] - thrusts[0] / gradient, lowest)
-    if codes[0] - edge < 1e-6:
-        edge = codes[0] - 1e-6
-    return ThrustCurve(np.concatenate([[edge], codes]), np.concatenate([[0.0], thrusts]))
+    first = int(live[0])
+    return _from_edge(code, first, _strictly_rising(thrust_n[first:]))
+
+
+def _from_edge(code: FloatArray, first: int, thrust_n: FloatArray) -> ThrustCurve:
+    """Begin a curve where the line through its first two points meets zero.
+
+    Not below the last code without thrust; `first` is the place of that with the first of thrusts.
+    """
+    codes = code[first:]
+    gradient = (thrust_n[1] - thrust_n[0]) / (codes[1] - codes[0])
+    lowest = float(code[first - 1]) if first > 0 else 0.0
+    edge = min(max(codes[0] - thrust_n[0] / gradient, lowest), codes[0] - 1e-6)
+    return ThrustCurve(np.concatenate([[edge], codes]), np.concatenate([[0.0], thrust_n]))
 
 
 def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCurve:
@@ -127,10 +133,7 @@ def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCur
         )
     smooth = make_smoothing_spline(live, mean[first:])(live)
     rising = _strictly_rising(np.maximum(isotonic_regression(smooth).x, SMALLEST_RISE_N))
-    gradient = (rising[1] - rising[0]) / (live[1] - live[0])
-    lowest = float(codes[first - 1]) if first > 0 else 0.0
-    edge = min(max(live[0] - rising[0] / gradient, lowest), live[0] - 1e-6)
-    return ThrustCurve(np.concatenate([[edge], live]), np.concatenate([[0.0], rising]))
+    return _from_edge(codes, first, rising)
 
 
 def _strictly_rising(values: FloatArray) -> FloatArray:
