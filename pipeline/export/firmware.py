@@ -30,24 +30,11 @@ def write_firmware(
 ) -> tuple[Path, ...]:
     """Write C99 header, source and self-test, JSON and CSV; the same bytes for the same input.
 
-    Parameters
-    ----------
-    name : str
-        Of the vehicle; files are called after it, in identifiers ``-`` becomes ``_``.
-    tables : dict or None
-        Tables 1-4, carried along in the JSON file and in a CSV of their own; the header tells the
-        checks that they failed.
-    layout : AllocatorLayout, optional
-        Of the vehicle, for the allocator; without it there is none.
-    accepted : mapping of str to str
-        Failed checks that vehicle.yaml accepts, and why; the header has the reasons.
-    voltages : VoltageTables, optional
-        The tables at each supply voltage, for the calls that take one.
-
-    Returns
-    -------
-    tuple of Path
-        Header, source, self-test, JSON, CSV, tables; header and source of the allocator.
+    Files are called after the `name` of the vehicle, in identifiers ``-`` becomes ``_``. `tables`
+    1-4 are carried along in the JSON file and in a CSV of their own; the header tells the checks
+    that they failed, and of those that vehicle.yaml has `accepted` why. `voltages` are the tables
+    at each supply voltage, for the calls that take one. Without a `layout` there is no allocator.
+    Returns header, source, self-test, JSON, CSV, tables; header and source of the allocator.
 
     Raises
     ------

@@ -62,23 +62,11 @@ def write_run_log(
 ) -> None:
     """Write a run, ``*.mcap``; the file is there complete or not at all.
 
-    Parameters
-    ----------
-    log : dict of Channel
-        What the sensors on board logged. Its "command" channel names the thrusters.
-    density_kgpm3, gravity_mps2 : float
-        Of the water: they turn depth into pressure. [kg/m^3], [m/s^2]
-    truth : Trajectory, optional
-        The true motion, written under ``/sim``.
-    simulated : dict of Channel, optional
-        The same channels from a simulation, written under ``/sim`` beside those of `log`, so that
-        a log viewer shows both on one axis.
-    more : sequence of Topic
-        Further topics, with their prefix.
-    metadata : mapping, optional
-        What else a reader should know of the run: manoeuvre, effects, seed, versions, digests.
-    start_time_ns : int
-        Time zero of the run since 1970. [ns]
+    `log` is what the sensors on board logged, its "command" channel names the thrusters; density
+    and gravity turn depth into pressure. [kg/m^3], [m/s^2] The true motion, and the same channels
+    from a simulation, are written under ``/sim``, so that a log viewer shows both on one axis;
+    `more` topics have their own prefix. `metadata` says what else a reader should know (manoeuvre,
+    effects, seed, versions, digests), `start_time_ns` is time zero of the run since 1970 [ns].
 
     Raises
     ------

@@ -57,33 +57,15 @@ def identify_vehicle(
     most_steps: int | None = None,
     correct: bool = True,
 ) -> VehicleIdentification:
-    """Identify a vehicle's model from runs.
+    """Identify a vehicle's model from runs; channels that are missing are done without.
 
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The vehicle as its file states it: nominal model and priors' centre.
-    sensors : Sensors
-        Noise, mounting and rates of the vehicle file.
-    runs : sequence of RunTable
-        Runs to identify from; channels that are missing are done without.
-    uncertainty : Uncertainty, optional
-        Of the vehicle file; widens the priors and says how far the thrust is trusted.
-    only : sequence of str, optional
-        Names of the parameters to free; all otherwise.
-    holdout : sequence of RunTable
-        Runs to judge the fit by. Without them every sixth window of `runs` is kept for that.
-    window_s : float, optional
-        Length of the windows; 8 s, or 20 s without velocity and position. [s]
-    suggest : bool
-        Whether to compute which manoeuvre would identify what these runs do not.
-    threads : int
-        Simulations at a time.
-    most_steps : int, optional
-        Gauss-Newton steps that the fit may take in all; it ends where it stands when they are used
-        up, and the notes say so.
-    correct : bool
-        Whether to fit, beside what was found, what a corrected vehicle file is to have.
+    `packed` and `sensors` are as the vehicle file states them: nominal model, centre of the priors,
+    noise. Its `uncertainty` widens the priors and says how far the thrust is trusted. `only` names
+    the parameters to free. `holdout` runs judge the fit; without them every sixth window of `runs`
+    is kept for that. Windows are `window_s` long [s]; 8 s, or 20 s without velocity and position.
+    `suggest` computes which manoeuvre would identify what these runs do not, `correct` what a
+    corrected vehicle file is to have. The fit ends where it stands after `most_steps` Gauss-Newton
+    steps in all, of `threads` simulations at a time.
 
     Raises
     ------
