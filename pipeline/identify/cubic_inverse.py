@@ -114,20 +114,6 @@ def mean_by_code(points: tuple[MooringPoint, ...], sign: int) -> tuple[FloatArra
     return code, np.bincount(index, weights=thrust) / np.maximum(np.bincount(index), 1)
 
 
-def gap_at_rest(
-    points: tuple[MooringPoint, ...], sign: int, code: FloatArray, thrust_n: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Thrust calculated at rest less thrust measured at the mooring, by size, at tested codes.
-
-    `code`, `thrust_n` (m,) are the family's row at zero speed. Returns signed codes within the
-    family (k,) and |T| calculated less measured (k,) [N], empty if none was measured.
-    """
-    codes, measured = mean_by_code(points, sign)
-    within = (codes >= code[0]) & (codes <= code[-1])
-    codes, measured = codes[within], measured[within]
-    return sign * codes, np.interp(codes, code, thrust_n) - measured
-
-
 THRUST_POINTS = 200
 #: Rounds of Lawson's reweighting, which turns least squares towards the smallest maximum.
 LAWSON_ROUNDS = 60

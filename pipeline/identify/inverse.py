@@ -6,7 +6,6 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.cubic_inverse import (
     fit_table3,
     fit_table4_row,
-    gap_at_rest,
     points_for_tables,
 )
 from pipeline.identify.firmware_gate import gate_checks, rising_points
@@ -26,7 +25,7 @@ from pipeline.identify.voltage_family import (
     voltage_rows,
     voltage_sentence,
 )
-from pipeline.records.fit_values import static_factor
+from pipeline.records.fit_values import code_gaps, static_factor, static_std
 from pipeline.records.fits import (
     Check,
     FirmwareCharacteristic,
@@ -237,15 +236,15 @@ def _reach_check(firmware: FirmwareCharacteristic) -> Check:
 
 def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> tuple[Check, ...]:
     """Compare both signs; no check where no code was measured within the family."""
-    code, thrust_n = np.array(static.code), np.array(static.thrust_n[0])
-    factor = static_factor(static)
-    within_rig_n = max(GAP_WITHIN_RIG_N, GAP_WITHIN_RIG_SHARE * float(thrust_n.max()))
+    factor, gaps = static_factor(static), code_gaps(points, static)
+    within_rig_n = max(GAP_WITHIN_RIG_N, GAP_WITHIN_RIG_SHARE * max(static.thrust_n[0]))
     passed, texts = True, []
     for sign, name in ((1, "positive"), (-1, "negative")):
-        codes, gap = gap_at_rest(points, sign, code, thrust_n)
-        if not codes.size:
+        own = [one for one in gaps if sign * one.code > 0]
+        if not own:
             continue
-        std = np.interp(np.abs(codes), code, np.array(static.thrust_std_n[0]))
+        codes = np.array([one.code for one in own])
+        gap, std = -np.array([one.gap_n for one in own]), static_std(static, 0, codes)
         worst = int(np.argmax(np.abs(gap)))
         passed &= bool(np.all(np.abs(gap) <= np.maximum(within_rig_n, factor * std)))
         texts.append(
