@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.blind.cases import case_of
 from pipeline.blind.generate import generate
 from pipeline.campaign.blind_case import packed_of, subjects_of
-from pipeline.campaign.folder import CASES_FILE, HEADER_FILE, appending, read_lines
+from pipeline.campaign.campaign import CASES_FILE, HEADER_FILE, appending, read_lines
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import apply_effects, candidates
 from pipeline.effects.specification import EffectSpec

@@ -12,8 +12,7 @@ from pipeline.blind.rates import QuantileFigure
 from pipeline.blind.score import CampaignScore, confusion, one_word
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.campaign.blind_case import scored
-from pipeline.campaign.campaign import CampaignResult
-from pipeline.campaign.folder import read_lines
+from pipeline.campaign.campaign import CampaignResult, read_lines
 from pipeline.provenance import write_atomically
 
 _DISTRUST = """\

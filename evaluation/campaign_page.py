@@ -13,8 +13,7 @@ import numpy as np
 
 from pipeline.blind.rates import Rate
 from pipeline.blind.score import Confusion
-from pipeline.campaign.campaign import CampaignResult, S_co
-from pipeline.campaign.folder import CASES_FILE, HEADER_FILE, read_lines
+from pipeline.campaign.campaign import CASES_FILE, HEADER_FILE, CampaignResult, S_co, read_lines
 from pipeline.errors import InputError, Place, reason
 from pipeline.provenance import write_atomically
 from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw

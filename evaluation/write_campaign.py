@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 
 from evaluation import blind_page, measured_page
-from pipeline.campaign.folder import HEADER_FILE
+from pipeline.campaign.campaign import HEADER_FILE
 from pipeline.errors import InputError
 
 

@@ -12,8 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from evaluation.identification.coverage import EXCITING, RUN_S, Campaign, one_seed, table
-from pipeline.campaign.campaign import as_they_come
-from pipeline.campaign.folder import appending, read_lines
+from pipeline.campaign.campaign import appending, as_they_come, read_lines
 from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.stopping import stopped_by_sigterm
 

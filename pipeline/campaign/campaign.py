@@ -1,7 +1,8 @@
 """What every blind campaign does: run the cases that are not done yet, seal, diagnose, open, count.
 
-``cases.jsonl`` has a line for each case that is done, ``campaign.json`` what the campaign is; the
-sealed labels and the verdicts lie beside them.
+In its folder ``campaign.json`` says what makes its cases what they are, so that only that campaign
+goes on; ``cases.jsonl`` grows by a line of JSON for each case that is done. The sealed labels and
+the verdicts lie beside them.
 """
 
 import json
@@ -9,22 +10,23 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pipeline.blind.label import CaseLabel, open_label
 from pipeline.blind.score import Score
-from pipeline.campaign.folder import CASES_FILE, appending, claim_folder, read_lines
-from pipeline.errors import CannotComputeError
-from pipeline.provenance import write_atomically
+from pipeline.errors import CannotComputeError, InputError, Place
+from pipeline.provenance import unwritable, write_atomically
 from pipeline.stopping import stopped_by_sigterm
 
 if TYPE_CHECKING:
     from pipeline.diagnose.case import Case
 
 
+HEADER_FILE, CASES_FILE = "campaign.json", "cases.jsonl"
 #: Told of every case: how many are done, how many there are, one line.
 Said = Callable[[int, int, str], None]
 Asked = TypeVar("Asked")
@@ -188,3 +190,95 @@ def as_they_come(
             for future in waiting:
                 future.cancel()
             raise
+
+
+def claim_folder(lines_file: Path, header: Mapping[str, Any], *, resume: bool) -> None:
+    """Write what a campaign is, or check that the folder holds this one.
+
+    Raises `InputError` when the folder holds a campaign and `resume` is not set, or another
+    campaign.
+    """
+    file = lines_file.with_name(HEADER_FILE)
+    if lines_file.is_file() and not resume:
+        raise InputError.at(
+            Place(str(lines_file)),
+            "there is a campaign in this folder already.",
+            remedy="Give --resume to go on with it, or another folder with --to.",
+        )
+    if lines_file.is_file() and file.is_file():
+        before = _read_header(file, header["schema"])
+        differ = [key for key in header if before.get(key) != header[key]]
+        if differ:
+            raise InputError.at(
+                Place(str(file)),
+                f"the campaign in this folder has another {', '.join(differ)}.",
+                expected="the same seed, vehicles and program: its cases would not be alike.",
+                remedy="Begin a new campaign in another folder with --to.",
+            )
+    try:
+        write_atomically(file, json.dumps(header, indent=1))
+    except InputError as error:
+        # the folder of a campaign has an option of its own
+        remedy = error.problem.remedy.replace("--out", "--to")
+        raise InputError(replace(error.problem, remedy=remedy)) from None
+
+
+def _read_header(file: Path, schema: str) -> dict[str, Any]:
+    """Read what a campaign is."""
+    fault = "is not the header of a campaign."
+    try:
+        header = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(header, dict):
+            return header
+    except OSError as error:
+        fault = f"cannot be read: {error.strerror}."
+    except (ValueError, RecursionError):
+        pass
+    raise InputError.at(
+        Place(str(file)),
+        fault,
+        expected=f'a JSON object with "schema": "{schema}".',
+        remedy="Put the file back that was there, or begin in another folder with --to.",
+    )
+
+
+def read_lines(file: Path) -> list[dict[str, Any]]:
+    """Lines that a campaign has written; one that was cut off is left out.
+
+    >>> read_lines(Path("no such file"))
+    []
+    """
+    if not file.is_file():
+        return []
+    found = []
+    for text in file.read_text(encoding="utf-8").splitlines():
+        try:
+            line = json.loads(text)
+        except json.JSONDecodeError:
+            continue
+        if isinstance(line, dict):
+            found.append(line)
+    return found
+
+
+@contextmanager
+def appending(file: Path) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """Give a function that appends a line, each written to the end before it returns.
+
+    A last line that was cut off is ended first: the next one would be lost with it.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        there = file.read_bytes() if file.is_file() else b""
+        stream = file.open("a", encoding="utf-8")
+    except OSError as error:
+        raise unwritable(file, error) from error
+    with stream:
+
+        def append(line: dict[str, Any]) -> None:
+            stream.write(json.dumps(line) + "\n")
+            stream.flush()
+
+        if there and not there.endswith(b"\n"):
+            stream.write("\n")
+        yield append

@@ -11,6 +11,7 @@ from typing import Any
 from pipeline.blind.label import CaseLabel, TrueEffect, seal
 from pipeline.blind.rates import Goal, Rate, at_least, at_most, between, rate
 from pipeline.blind.score import Score, confusion
+from pipeline.blind.truth.faults import AXES
 from pipeline.blind.verdict_score import CaseScore, score_case
 from pipeline.campaign.campaign import (
     CampaignRequest,
@@ -93,7 +94,7 @@ def _label(case: MeasuredCase, seed: int) -> CaseLabel:
             effect=spec.id,
             parameters=dict(spec.values),
             thruster=spec.target,
-            axes=tuple(name for name in spec.values if name in _AXES),
+            axes=tuple(name for name in spec.values if name in AXES),
         )
         for spec in ([] if one is None else [one])
     )
@@ -109,9 +110,6 @@ def _label(case: MeasuredCase, seed: int) -> CaseLabel:
         healthy_runs=len(case.healthy),
         seed=seed,
     )
-
-
-_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def run_measured(

@@ -18,8 +18,7 @@ from pipeline.blind.rates import at_least, rate
 from pipeline.blind.score import CampaignScore
 from pipeline.campaign import blind_case
 from pipeline.campaign.blind_case import BlindRequest, run_campaign
-from pipeline.campaign.campaign import CampaignResult
-from pipeline.campaign.folder import read_lines
+from pipeline.campaign.campaign import CampaignResult, read_lines
 from pipeline.cli import cli
 from pipeline.errors import InputError
 from pipeline.simulate.pack import PackedVehicle

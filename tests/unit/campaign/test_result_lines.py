@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.campaign.folder import appending, read_lines
+from pipeline.campaign.campaign import appending, read_lines
 from pipeline.errors import InputError
 
 
