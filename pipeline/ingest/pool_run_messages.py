@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_consistency import consistency_problems
+from pipeline.ingest.pool_run_choice import consistency_problems
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel

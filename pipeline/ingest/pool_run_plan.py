@@ -1,6 +1,7 @@
 """What to take from which topic: a plan for each channel, from the vehicle file or a default."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, cast
@@ -379,23 +380,13 @@ def outline(tree: Mapping[str, Any], most: int = 14) -> str:
     >>> outline({"data": [1, 2], "layout": {"data_offset": 0}})
     'data[0:2], layout.data_offset'
     """
-    found: list[str] = []
-
-    def visit(value: Any, path: Path) -> None:  # noqa: ANN401  a message holds values of any type
-        if len(found) > most:
-            return
-        if isinstance(value, dict):
-            for name, part in value.items():
-                visit(part, (*path, name))
-        elif isinstance(value, list):
-            if value and isinstance(value[0], int | float):
-                found.append(f"{path_text(path)}[0:{len(value)}]")
-            elif value and isinstance(value[0], dict):
-                visit(value[0], (*path, 0))
-        elif isinstance(value, int | float):
-            found.append(path_text(path))
-
-    visit(dict(tree), ())
-    if not found:
-        return "no numbers"
-    return ", ".join(found[:most]) + (" ..." if len(found) > most else "")
+    counts: Counter[Path] = Counter()
+    for name in tree:
+        for path in numbers_below(tree, (name,)):
+            counts[path[:-1] if isinstance(path[-1], int) else path] += 1
+    lists = {path for path in counts if isinstance(value_at(tree, path), list)}
+    found = [
+        f"{path_text(path)}[0:{count}]" if path in lists else path_text(path)
+        for path, count in counts.items()
+    ]
+    return (", ".join(found[:most]) + (" ..." if len(found) > most else "")) or "no numbers"

@@ -4,13 +4,14 @@ import struct
 import tracemalloc
 from contextlib import suppress
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mcap.writer import CompressionType, IndexType
-from pool_logs import array_topic, log_bytes, ros_topic, ticks, write_log
+from mcap.writer import CompressionType, IndexType, Writer
+from pool_logs import array_topic, json_topic, log_bytes, ros_topic, ticks, write_log
 
 from pipeline.errors import InputError
 from pipeline.ingest.mcap_chunk import block_by_index, walk
@@ -272,3 +273,25 @@ def test_walking_anything_ends(data: bytes) -> None:
     block = walk(data)
     for part in block.messages.values():
         assert (part.start + part.size <= len(data)).all()
+
+
+class Forgetful(Writer):
+    """A writer whose summary knows nothing of the messages of its first channel."""
+
+    def finish(self) -> None:
+        """Close the last chunk, forget, and write the summary."""
+        getattr(self, "_Writer__finalize_chunk")()  # noqa: B009  private to the library
+        statistics = getattr(self, "_Writer__statistics")  # noqa: B009
+        statistics.message_count -= statistics.channel_message_counts.pop(1)
+        for index in getattr(self, "_Writer__chunk_indices"):  # noqa: B009
+            index.message_index_offsets.pop(1, None)
+        super().finish()
+
+
+def test_a_summary_that_forgets_a_topic(tmp_path: Path) -> None:
+    times = ticks(400, 20.0)
+    topics = [json_topic(name, times, [{"depth": 1.0 + k} for k in range(400)]) for name in "ab"]
+    with patch("pool_logs.Writer", Forgetful):
+        log = McapFile(write_log(tmp_path / "run.mcap", topics, chunk_size=2000), "run.mcap")
+    assert {topic.name: topic.messages for topic in log.topics()} == {"a": 400, "b": 400}
+    assert "the log's summary counts no messages of a" in log.problems[0].what
