@@ -107,8 +107,8 @@ def repeated(runs: Sequence[RunFinding]) -> list[Problem]:
     records = {run.file: run.record for run in runs if run.record is not None}
     return [
         Place(copy).warning(
-            f"this is the run of {first} again: the same readings at the same times. One of the "
-            "two counts.",
+            f"this is the run of {first} again, or a part of it: the same readings. One of the two "
+            "counts.",
             remedy="Move one of them out of pool/.",
         )
         for copy, first in repeated_runs(records).items()

@@ -9,6 +9,7 @@ thrusters that are swapped or reversed.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -51,7 +52,7 @@ _ALIKE, _MOST_TOLD = 0.03, 3
 _CURRENT_MPS, _ENOUGH_ROWS = 0.5, 2_000
 #: A sensor stands so far from another on a vehicle, at the least that shows and at the most. [m]
 _LEAST_ARM_M, _LONGEST_ARM_M = 0.3, 5.0
-_TURNS_DEG = range(-165, 181, 15)
+_TURNS_DEG, _TILTS_DEG = range(-165, 181, 15), (-45, -30, -15, 15, 30, 45)
 #: Where three beams of a DVL look, clockwise from the bow: opposite, round, three in all. [deg]
 _BEAMS_DEG = (
     (0, 180, 90),
@@ -89,11 +90,6 @@ def readings_of(run: PoolRun, table: RunTable) -> list[Reading]:
             how = f"{{quantity: velocity, body_axes: {one}}}"
             found.append(Reading(xyz @ BODY[one].T, how))
     found.append(Reading(-body, "{sign: -1}"))
-    found += [
-        Reading((xyz * signs) @ BODY[axes].T, f"{{sign: {signs}}}")
-        for signs in ([-1, 1, 1], [1, -1, 1], [1, 1, -1])
-        if not is_turned
-    ]
     attitude, rate = (table.values.get(one) for one in ("attitude", "angular_velocity"))
     turn = attitude
     if turn is None and rate is not None:  # a heading from one that nobody knows
@@ -103,6 +99,11 @@ def readings_of(run: PoolRun, table: RunTable) -> list[Reading]:
         if turn is not None and read_as != ("velocity_earth", one):
             how, ned = f"{{quantity: velocity_earth, earth_axes: {one}}}", xyz @ EARTH[one].T
             found.append(Reading(into_body(ned, turn), how, any_heading=attitude is None))
+    for signs in ([-1, 1, 1], [1, -1, 1], [1, 1, -1]):
+        own = (xyz * signs) @ (EARTH if is_turned else BODY)[axes].T
+        if is_turned and attitude is not None:
+            own = into_body(own, attitude)
+        found.append(Reading(own, f"{{sign: {signs}}}"))
     return found
 
 
@@ -352,6 +353,13 @@ def _of_beams(azimuths_deg: Sequence[float]) -> FloatArray:
     return np.linalg.inv(np.stack([across * np.cos(angle), across * np.sin(angle), along], axis=1))
 
 
+def _about(tilt_deg: float, axis: str) -> FloatArray:
+    """Return the matrix that takes a tilt about an axis off a vector."""
+    turn = about_down(tilt_deg)
+    order = [2, 0, 1] if axis == "x" else [1, 2, 0]
+    return turn[np.ix_(order, order)]
+
+
 def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
     for turn in _TURNS_DEG:
         about = about_down(turn)
@@ -364,6 +372,9 @@ def _turned() -> Iterator[tuple[tuple[str, str], FloatArray]]:
             for sign in (1.0, -1.0):
                 of_beams = "it is read as speeds along the beams of a DVL"
                 yield ("beams", of_beams), sign * about @ _of_beams(azimuths)
+    for tilt, axis in product(_TILTS_DEG, "xy"):
+        how = f"it is read tilted by {tilt} degrees about {axis} (sensors: dvl: rotation_deg)"
+        yield ("tilted", how), _about(tilt, axis)
 
 
 _AS_IT_IS = np.eye(3)[None]

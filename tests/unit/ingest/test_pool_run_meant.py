@@ -156,16 +156,37 @@ def felt(moved: Motion) -> Topic:
     return imu_topic(TIMES, moved.rate, forces=gained - [0.0, 0.0, 9.81])
 
 
+def told_by_the_imu(path: Path, moved: Motion, velocity: FloatArray, quantity: str) -> str:
+    named = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in velocity.tolist()]
+    turns = [{"orientation": vector(one)} for one in moved.turn.as_quat()]
+    topics = [felt(moved), json_topic("/dvl", TIMES, named), json_topic("/ahrs", TIMES, turns)]
+    channel = {"quantity": quantity, "topic": "/dvl", "field": ["vx", "vy", "vz"]}
+    vehicle = rov(channels=[channel])
+    run = read_pool_run(write_log(path / "run.mcap", topics), vehicle, path)
+    return "\n".join(one.what for one in run.problems)
+
+
 @pytest.mark.parametrize("arm_m", [0.0, 1.2])
 def test_a_dvl_away_from_the_imu(arm_m: float, tmp_path: Path) -> None:
     moved = motion()
     velocity = moved.velocity + np.cross(moved.rate, [arm_m, 0.0, 0.0])
-    named = [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in velocity.tolist()]
-    turns = [{"orientation": vector(one)} for one in moved.turn.as_quat()]
-    topics = [felt(moved), json_topic("/dvl", TIMES, named), json_topic("/ahrs", TIMES, turns)]
-    run = read_pool_run(write_log(tmp_path / "run.mcap", topics), rov(), tmp_path)
-    said = "\n".join(one.what for one in run.problems)
+    said = told_by_the_imu(tmp_path, moved, velocity, "velocity")
     assert ("m from the IMU (sensors: dvl: position_m)" in said) == (arm_m > 0.0)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 32.0, -32.0])
+def test_a_dvl_that_is_tilted(degrees: float, tmp_path: Path) -> None:
+    moved = motion()
+    tilted = Rotation.from_euler("y", -degrees, degrees=True).apply(moved.velocity)
+    said = told_by_the_imu(tmp_path, moved, tilted, "velocity")
+    assert (f"tilted by {degrees / 32 * 30:.0f} degrees about y" in said) == bool(degrees)
+
+
+@pytest.mark.parametrize("signs", [[1, 1, 1], [-1, 1, 1], [1, -1, 1]])
+def test_an_axis_of_the_earth_that_is_reversed(signs: list[int], tmp_path: Path) -> None:
+    moved = motion()
+    said = told_by_the_imu(tmp_path, moved, over_earth(moved) * signs, "velocity_earth")
+    assert (f"{{sign: {signs}}}" in said) == (min(signs) < 0)
 
 
 @pytest.mark.parametrize("logged", [ALL, ("depth",), ()])
