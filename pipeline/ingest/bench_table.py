@@ -88,7 +88,6 @@ class Table:
     def __post_init__(self) -> None:
         """Remember where it is and what was read before any step."""
         self.place, self.rows_read = self.block.place(), len(self.readings)
-        self.has_time = any("time" in one.values for one in self.readings)
 
     def at(self, row: int | None = None, quantity: str | None = None) -> Place:
         """Return the place of a row, and of a quantity's column."""

@@ -107,26 +107,6 @@ def signed_thrust(
     return as_it_is
 
 
-def signed_shaft_speed(table: Table, codes: FloatArray) -> list[float | None]:
-    """Give the shaft speed of a mooring test the sign of its code where it has none. [rpm]."""
-    speeds = numbers(table.readings, "shaft_speed")
-    found = signs_of(speeds, codes)
-    number, total = int(found.wrong.sum()), int(found.counts.sum())
-    if found.is_size:
-        what = "shaft speed is given without sign: it takes the sign of its code."
-        table.problems.append(table.place.note(what))
-        speeds = np.where(codes < 0.0, -speeds, speeds)
-    elif number and found.are_turned:
-        what = "shaft speed is negative at positive codes: its sign was turned round."
-        table.problems.append(table.place.note(what))
-        speeds = -speeds
-    elif number:
-        what = f"shaft speed has the sign opposite to its code in {number} of {total} rows."
-        table.problems.append(table.place.warning(what, "", "Check these rows."))
-    # adding 0.0 turns -0.0 into 0.0
-    return [None if np.isnan(one) else float(one) + 0.0 for one in speeds]
-
-
 def with_signs_of_codes(table: Table) -> Iterator[Problem]:
     """Give speed and torque of a load test the sign of a negative code where they have none.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.ingest.bench_table import Sweep, Table, numbers
-from pipeline.ingest.command_signs import signed_shaft_speed, signed_thrust
+from pipeline.ingest.command_signs import signed_thrust
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
@@ -57,7 +57,8 @@ def _points(
     if turned is None:
         return ()
     signs, against = turned
-    shaft_speed_rpm = signed_shaft_speed(table, codes)
+    # at rest in the water a shaft turns as it is told, whatever the sign of its sensor
+    speeds = np.abs(numbers(table.readings, "shaft_speed")) * np.where(codes < 0.0, -1.0, 1.0)
     told = iter(sweeps(codes[used].tolist()))
     sweep: Sweep = "up"
     points = []
@@ -72,7 +73,7 @@ def _points(
                 thrust_n=float(raw_n[at] * signs[at]),
                 tare_n=float(tare_n[at]) * float(signs[at]) + 0.0,  # no -0.0
                 speed_mps=one.values.get("speed", 0.0),
-                shaft_speed_rpm=shaft_speed_rpm[at],
+                shaft_speed_rpm=None if np.isnan(speeds[at]) else float(speeds[at]) + 0.0,
                 voltage_v=one.values.get("voltage", table.nominal_voltage_v),
                 current_a=one.values.get("current"),
                 thruster=table.block.thruster,
