@@ -217,7 +217,9 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     table = predictions(best[0][1], files)
     used, why = decides(table)
     kept = best if used else sorted((own[-1] for own in tried), key=_error)
-    grids = tuple(_learned(*one, directions, stated) for one in kept)
+    # what predicts clearly worse than another spacing is no model of the vehicle
+    least = kept[0][0] - float(np.log(CLEARLY))
+    grids = tuple(_learned(*one, directions, stated) for one in kept if one[0] <= least)
     return Reference(directions, grids, stated, table, used, why)
 
 
