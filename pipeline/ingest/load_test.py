@@ -11,10 +11,12 @@ from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.command_signs import check_signs, with_signs_of_codes
 from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
 from pipeline.ingest.load_test_checks import (
+    check_constant,
     check_magnitudes,
     check_powers,
     odd_codes,
     torque_not_written,
+    torque_of_current,
 )
 from pipeline.ingest.load_test_rows import WARM_UP, mark_early, row_words, tell_codes, with_words
 from pipeline.ingest.load_test_sweeps import (
@@ -54,7 +56,7 @@ _STEPS: tuple[Step, ...] = (
     *(factor_unclear, pwm_problems, command_in_codes, with_words),
     *(mark_early, settle_loads, with_signed_codes, with_signs_of_codes),
     *(with_branches, check_signs, codes_in_range, torque_not_written),
-    *(two_curves, check_powers),
+    *(two_curves, check_powers, check_constant, torque_of_current),
 )
 
 

@@ -1,12 +1,15 @@
 """What a load-test table says about itself that cannot be true, and what is likely the cause."""
 
+import re
 from collections.abc import Iterator, Sequence
+from pathlib import PurePath
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_table import Table, numbers, stated_voltage
 from pipeline.ingest.blocks import Block
+from pipeline.ingest.column_data import ratio_of
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.records.measurements import LoadTestPoint
@@ -21,6 +24,13 @@ _LEAST_EFFICIENCY, _MOST_EFFICIENCY = 0.1, 1.02
 _LEAST_K_M, _MOST_K_M, _LEAST_LOADS = 0.0085, 0.065, 3
 #: How far off the line through all other codes is another unit, and how near to it these are.
 _ODD_CODE, _ONE_LINE = 5.0, 1.6
+#: Two measured columns are not so nearly in proportion.
+_EXACT, _LEAST_ROWS = 2e-3, 6
+#: Of torque over current, by a motor's constant.
+_OF_CONSTANT = 3.0
+_KV = re.compile(
+    r"(?<![\w.])(\d{2,5})\s?(?:KV|Kv|kv|rpm/V)(?![\w/])|(?<![\w.])[Kk][Vv]\s?[=:]?\s?(\d{2,5})(?![\w/.])"
+)
 #: No drive runs on less or more. [V]
 _LEAST_VOLTAGE_V, _MOST_VOLTAGE_V = 3.0, 600.0
 #: A shaft that is loaded by so much of the largest torque turns slower than one that is not.
@@ -106,6 +116,20 @@ def torque_not_written(table: Table) -> Iterator[Problem]:
     )
 
 
+def torque_of_current(table: Table) -> Iterator[Problem]:
+    """Warn of a torque that is the current times a constant: computed from it, not measured."""
+    live = table.live()
+    found = ratio_of(numbers(live, "current"), numbers(live, "torque"))
+    if found is not None and len(live) >= _LEAST_ROWS and found.spread <= _EXACT:
+        yield table.at(live[0].row, "torque").warning(
+            f"the torque is {found.median:.4g} N m for each ampere in every row, without the "
+            "current of no load: it was computed from the current, not measured.",
+            "the torque of a sensor.",
+            "State the column of the measured torque in vehicle.yaml under columns: load_test: "
+            "torque.",
+        )
+
+
 def check_magnitudes(
     points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle
 ) -> Iterator[Problem]:
@@ -164,6 +188,28 @@ def odd_codes(points: Sequence[LoadTestPoint], folder: Place) -> Iterator[Proble
                     "one unit at all codes.",
                     "Correct the numbers of this code, or its unit.",
                 )
+
+
+def check_constant(table: Table) -> Iterator[Problem]:
+    """Compare torque over current with what a motor's KV says, where some text names it."""
+    texts = (*table.texts, PurePath(table.place.file).stem, table.vehicle.drive.source)
+    stated = {float(one or other) for one, other in _KV.findall(" ".join(texts))}
+    live = table.live()
+    current, torque = numbers(live, "current"), np.abs(numbers(live, "torque"))
+    there = np.isfinite(current)
+    if len(stated) != 1 or there.sum() < _LEAST_LOADS or not np.ptp(current[there]):
+        return
+    kv = stated.pop()
+    slope = abs(float(np.polyfit(current[there], torque[there], 1)[0]))
+    expected = 60.0 / (2.0 * np.pi * kv)
+    if not expected / _OF_CONSTANT < slope < expected * _OF_CONSTANT:
+        yield table.at(table.head, "torque").warning(
+            f"the torque grows by {slope:.3g} N m for each ampere; a motor of {kv:g} rpm/V gives "
+            f"{expected:.3g}: a unit of torque or current is likely wrong, or the current is that "
+            "of the supply at part throttle.",
+            "K_t = 60 / (2 pi KV).",
+            f"Check the units: {_units(table.block)}.",
+        )
 
 
 def _units(block: Block) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Literal
 
+import numpy as np
+
 from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Reading
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
@@ -25,6 +27,8 @@ _WORDS = frozenset({"branch", "status"})
 _SUMS, _OF_READINGS = (
     frozenset(map(plain, words_of("groups", name))) for name in ("statistics", "of_readings")
 )
+#: Rows that sum up a table stand under it; fewer rows need none; how far they are rounded.
+_MOST_SUMS, _LEAST_SUMMED, _ROUNDED = 4, 5, 2e-3
 _MOST_NAMED = 8
 _DAY_S = 86_400.0
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
@@ -68,6 +72,7 @@ def readings_of(
             odd[quantity].append((row, fault))
         for quantity in _absent(block, required, values, faults) if values else ():
             empty[quantity].append(row)
+    marked[STATISTICS] += _mark_sums(readings)
     if next(block.rows(), None) is not None:  # else no row has the text that vehicle.yaml asks for
         problems += [*_faults(block, wanted, odd, empty, seen), *_marked_rows(block, marked)]
     return readings
@@ -121,6 +126,34 @@ def _mark(block: Block, cells: Row) -> str:
     inside = [cell for cell in cells[low : high + 1] if cell is not None]
     words = [plain(cell) if isinstance(cell, str) else "" for cell in inside]
     return STATISTICS if words and _SUMS & {words[0], *{*words[1:]} - _OF_READINGS} else ""
+
+
+def _mark_sums(readings: list[Reading]) -> Iterator[int]:
+    """Mark the rows that sum up a table under it, whatever they are called; yield their numbers."""
+    for at in range(max(len(readings) - _MOST_SUMS, 0), len(readings)):
+        if not readings[at].marks and _sums_up(readings[:at], readings[at].values):
+            readings[at] = readings[at].marked(STATISTICS)
+            yield readings[at].row
+
+
+def _sums_up(above: Sequence[Reading], values: Mapping[str, float]) -> bool:
+    """Tell whether a row is the mean, the spread or the sum of all above it.
+
+    Two numbers at least say so, and none denies it; a reading of nothing is like any mean of 0.
+    """
+    live = [one.values for one in above if not one.marks]
+    if len(live) < _LEAST_SUMMED:
+        return False
+    columns = {name: [one.get(name, np.nan) for one in live] for name in values}
+    varied = {name: np.array(own) for name, own in columns.items() if len({*own}) > 1}
+    for summed_up in (np.mean, np.std, np.sum):
+        whole = {name: float(summed_up(own)) for name, own in varied.items()}
+        close = [
+            abs(values[name] - one) <= _ROUNDED * abs(one) for name, one in whole.items() if one
+        ]
+        if len(close) > 1 and all(close):
+            return True
+    return False
 
 
 def is_spoilt(block: Block, cells: Row, faults: Iterable[str]) -> bool:

@@ -162,6 +162,12 @@ def test_what_no_propeller_does_in_open_water(
     assert not record.points
 
 
+def test_a_torque_made_of_the_current_is_told(tmp_path: Path) -> None:
+    head = "Code;Speed (rpm);Torque (N m);Current (A)"
+    record = read(tmp_path, "load_test", rows_of(head, CODES, SPEED, TORQUE, TORQUE / 0.05))
+    assert "computed from the current" in said(record, "warning")
+
+
 def test_a_one_way_controller_of_a_load_test(tmp_path: Path) -> None:
     pulses = 1100.0 + 800.0 * CODES / 127.0
     rows = rows_of("PWM (us);Speed (rpm);Torque (N m)", pulses, SPEED, TORQUE)
@@ -295,8 +301,8 @@ def test_a_torque_in_another_unit_is_none_of_the_propeller(times: float, tmp_pat
     ("title", "times", "words"),
     [
         ("Drive on 48 V", 10.0, "2 pi n M over the power taken is"),
-        ("Drive", 10.0, "far from what a propeller"),
-        ("Motor", 0.1, "2 pi n M over the current [V] is"),
+        ("Drive, KV = 95", 10.0, "a motor of 95 rpm/V gives 0.101"),
+        ("Motor 95KV", 0.1, "a motor of 95 rpm/V gives 0.101"),
         ("", 0.03, "2 pi n M over the current [V] is"),
     ],
 )
