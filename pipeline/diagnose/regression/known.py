@@ -217,9 +217,7 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     table = predictions(best[0][1], files)
     used, why = decides(table)
     kept = best if used else sorted((own[-1] for own in tried), key=_error)
-    # what predicts clearly worse than another spacing is no model of the vehicle
-    least = kept[0][0] - float(np.log(CLEARLY))
-    grids = tuple(_learned(*one, directions, stated) for one in kept if one[0] <= least)
+    grids = tuple(_learned(*one, directions, stated) for one in kept)
     return Reference(directions, grids, stated, table, used, why)
 
 

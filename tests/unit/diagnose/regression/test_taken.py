@@ -9,7 +9,7 @@ from diagnosis_cases import index_of, small_case, small_coordinates
 from pipeline.diagnose.coordinates import Added, coordinates, partners, scaled_by
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.regression.grid import all_at, on_grids
-from pipeline.diagnose.regression.held_out import CLEARLY, FileModel
+from pipeline.diagnose.regression.held_out import FileModel
 from pipeline.diagnose.regression.known import by_file, learned
 from pipeline.diagnose.regression.ordinary import INEXACT
 from pipeline.diagnose.regression.sizes import sizes
@@ -32,8 +32,6 @@ def test_a_long_lag_is_taken_as_one_though_a_short_one_finds_itself() -> None:
     asked = small_case((f"thruster_lag:lag_s={LAG_S}",), seconds=24.0, effects=EFFECTS)
     case = replace(asked, healthy=sound.runs)
     known = learned(case, {"vehicle file": FileModel(case.packed)})
-    # a spacing that predicts sound runs worse by a tenth has no say
-    assert max(one.error for one in known.grids) <= known.best.error - np.log(CLEARLY)
     periods = [one.response.period_s for one in known.grids]
     grids = [
         on_grids(case.packed, run, case.vehicle.sensors, known.directions, periods)
