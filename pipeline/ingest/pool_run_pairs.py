@@ -228,10 +228,8 @@ def _at_odds(kind: Kind, called: str, readings: Mapping[str, FloatArray], made: 
     agreement = {how: _agreement(one, made) for how, one in readings.items()}
     correlation, ratio = agreement[""]
     small, large = sorted(float(np.sqrt((one**2).mean())) for one in (made, readings[""]))
-    if large < kind.least:
-        return ""
     if correlation >= _ALIKE:
-        return _in_size(kind, called, agreement, small)
+        return _in_size(kind, called, agreement, small) if large >= kind.least else ""
     moves, still = (float(one.std(axis=0).max()) for one in (readings[""], made))
     if kind.moves and moves > _PLAINLY * max(kind.least, still):
         return f"moves, and {called} does not: one of the two is dead, or not connected."
