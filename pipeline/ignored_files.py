@@ -17,7 +17,8 @@ def ignored_file_problems(
     """Return a problem for each entry of a folder of raw files that nothing reads.
 
     The folder, ``mooring``, say, may be missing. Folders of the vehicle's `types` of thruster are
-    read. An error is a link that leads nowhere, a warning a folder with raw files in it.
+    read. An error is a link that leads nowhere, a warning a folder with raw files in it or with the
+    name of one.
     """
     if not folder.is_dir():
         return []
@@ -26,10 +27,11 @@ def ignored_file_problems(
     for path in sorted(folder.iterdir()):
         if not is_raw(path.name) or path.is_file() or (path.name in types and path.is_dir()):
             continue
+        at = Place(f"{shown}/{printable(path.name)}")
         if not path.is_dir():
             what = "this is no file, or a link to one that is not there; it was not read."
             remedy = "Copy the file here, or delete the link."
-            found.append(Place(f"{shown}/{printable(path.name)}").error(what, "raw files.", remedy))
+            found.append(at.error(what, "raw files.", remedy))
             continue
         if folder.name == POOL and (path / BAG_FILE).is_file():
             continue  # a bag of ROS 2, which is a run
@@ -43,7 +45,11 @@ def ignored_file_problems(
             if folder.name in RAW_KINDS:
                 remedy += " Files of a further type of thruster: name it in tables.types."
             expected = f"raw files in {folder.name}/."
-            found.append(Place(f"{shown}/{printable(path.name)}").warning(what, expected, remedy))
+            found.append(at.warning(what, expected, remedy))
+        elif is_data(path.name):
+            what = "this is a folder, named like a file; nothing was read."
+            remedy = "Copy the file here again, and delete the folder."
+            found.append(at.warning(what, "raw files.", remedy))
     return found
 
 

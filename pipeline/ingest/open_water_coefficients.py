@@ -21,6 +21,8 @@ TORQUE_FACTORS = {
 #: Of 1 + J^2, to which the flow at a blade grows: no K_T or K_Q is larger.
 _LARGEST_COEFFICIENT = 1.5
 _EFFICIENCY_SHARE, _EFFICIENCY_OFF = 0.03, 0.05
+#: A smaller K_Q is a zero: nothing is divided by it.
+_NO_TORQUE_COEFFICIENT = 1e-12
 #: Slower than this the shaft stands still: a sensor's noise, not a point of a curve.
 _STANDING_RPM = 1e-3
 #: K_Q / K_T of a screw where K_T is large lies between about 0.08 and 0.3; ten times is a mix-up.
@@ -57,7 +59,8 @@ class Coefficients:
     @property
     def efficiency(self) -> FloatArray:
         r"""Open-water efficiency :math:`\eta = J K_T / (2\pi K_Q)`, NaN where it has none."""
-        q = np.where(self.torque_coefficient == 0.0, np.nan, self.torque_coefficient)
+        q = self.torque_coefficient
+        q = np.where(np.abs(q) < _NO_TORQUE_COEFFICIENT, np.nan, q)
         return self.advance_ratio * self.thrust_coefficient / (2.0 * math.pi * q)
 
     @property

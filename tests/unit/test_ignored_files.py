@@ -66,6 +66,14 @@ def test_a_link_that_leads_round_is_refused_and_the_rest_is_read(boat: Path) -> 
         assert [file.points for file in findings.files] == [4]
 
 
+def test_an_empty_folder_with_the_name_of_a_file_is_told(boat: Path) -> None:
+    (boat / "mooring/bollard-02.csv").mkdir()
+    (boat / "pool/dive.mcap").mkdir()
+    text = said(check(boat), "warning")
+    assert "mooring/bollard-02.csv: this is a folder, named like a file" in text
+    assert "pool/dive.mcap: this is a folder" in text
+
+
 def test_a_folder_within_hides_no_problem_of_the_whole_folder(boat: Path) -> None:
     (boat / "mooring/a.csv").write_text("code;thrust, N\n40;4\n40;4.1\n")
     (boat / "mooring/day1").mkdir()

@@ -60,7 +60,8 @@ def day_gains_section(results: DayResults) -> Blocks:
 @_gains_chapter
 def vehicle_gains_section(results: VehicleResults) -> Blocks:
     """Show what each thruster gave on each trial day, the latest last."""
-    days = [day for day in results.trials if day.gains][-_DAYS:]
+    told = [day for day in results.trials if any(one.axis == _ALL for one in day.gains)]
+    days = told[-_DAYS:]
     if not days:
         raise CannotComputeError("no trial day shows them.")
     cells = {(one.thruster, day.name): one for day in days for one in day.gains if one.axis == _ALL}

@@ -1,5 +1,7 @@
 """The section on the gains of thrusters: a row each, a picture, what was found, and why not."""
 
+from dataclasses import replace
+
 from pipeline.check.pool_runs import gains_text
 from pipeline.records.gains import (
     GainFinding,
@@ -9,9 +11,14 @@ from pipeline.records.gains import (
     ThrusterGain,
     ThrusterGains,
 )
-from pipeline.records.trial import RunTrial
+from pipeline.records.trial import PageReceipt, RunTrial
 from pipeline.report.blocks import Figure, Table, Text
-from pipeline.report.sections.gains import gain_warnings, run_gains_section
+from pipeline.report.results import VehicleResults
+from pipeline.report.sections.gains import (
+    gain_warnings,
+    run_gains_section,
+    vehicle_gains_section,
+)
 
 KNOWN = GainReference(
     name="24 May",
@@ -135,3 +142,26 @@ def test_the_lines_for_a_terminal() -> None:
     right = next(line for line in lines if line.strip().startswith("right "))
     assert right.rstrip().endswith("?")
     assert lines[-1] == "  found: left gives less than expected."
+
+
+def test_a_day_that_tells_no_thruster_as_a_whole_costs_the_vehicle_no_page(
+    results: VehicleResults,
+) -> None:
+    """A short hover tells axes without a lever alone: there is no bar to draw."""
+    name = results.vehicle.thrusters[0].name
+
+    def day(date: str, axis: str) -> PageReceipt:
+        told = PooledGain(
+            thruster=name, axis=axis, moves=axis == "all", value=0.8, ci95=(0.7, 0.9),
+            between_runs=0.0, runs=("a",),
+        )  # fmt: skip
+        return PageReceipt(
+            kind="day", name=date, files={}, title="", errors=0, warnings=0, line="", gains=(told,)
+        )
+
+    short, whole = day("2026-05-05", "yaw"), day("2026-05-04", "all")
+    assert not vehicle_gains_section(replace(results, trials=(short,))).available
+    blocks = vehicle_gains_section(replace(results, trials=(whole, short))).blocks
+    table = next(one for one in blocks if isinstance(one, Table))
+    assert table.header == ("Thruster", "2026-05-04")
+    assert table.rows[0] == (name, "0.80 (0.70 to 0.90)")
