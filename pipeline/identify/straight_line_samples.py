@@ -12,7 +12,6 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import was_measured
-from pipeline.identify.manoeuvre_signals import stretches
 from pipeline.identify.smoothing import (
     Method,
     Smoother,
@@ -24,7 +23,7 @@ from pipeline.identify.smoothing import (
 from pipeline.identify.windows import readings_of
 from pipeline.physics.parameters import read
 from pipeline.records.identification import StraightSegment
-from pipeline.records.run_table import RunTable, angles, down_axis
+from pipeline.records.run_table import RunTable, angles, down_axis, stretches
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
-from pipeline.identify.manoeuvre_signals import stretches
-from pipeline.records.run_table import AS_STATED, Conditions, RunTable
+from pipeline.records.run_table import AS_STATED, Conditions, RunTable, stretches
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.pack import PackedVehicle

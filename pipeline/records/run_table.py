@@ -269,6 +269,26 @@ class RunTable:
         return AS_STATED if self.known is None else self.known.at(time_s)
 
 
+#: Rows from the first up to, and without, the last.
+Range = tuple[int, int]
+
+
+def stretches(mark: BoolArray, bridge: int = 0) -> list[Range]:
+    """Begin and end of each run of True; pauses of up to `bridge` samples are bridged.
+
+    >>> stretches(np.array([0, 1, 1, 0, 1, 0, 0, 0, 1], bool), bridge=1)
+    [(1, 5), (8, 9)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
+    found: list[Range] = []
+    for begin, end in edges.reshape(-1, 2).tolist():
+        if found and begin - found[-1][1] <= bridge:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((begin, end))
+    return found
+
+
 def angles(quaternion: FloatArray) -> FloatArray:
     """Roll, pitch, yaw (m, 3) of quaternions (m, 4), not a number where they are not. [rad]."""
     found = np.full((len(quaternion), 3), np.nan)
