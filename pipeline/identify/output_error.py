@@ -28,7 +28,6 @@ from pipeline.identify.window_derivatives import (
     derivatives,
     residuals,
 )
-from pipeline.identify.window_outputs import WindowStack
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
@@ -114,21 +113,16 @@ class FitSolution:
         return self.problem.packed(self.point.steps)
 
 
-def softness_of(stack: WindowStack, residual: FloatArray) -> FloatArray:
-    """Factor on the noise of each residual while its channel is still far off, (rows,).
+def softness_of(residual: FloatArray) -> float:
+    """Factor on the noise of a channel while it is still far off, from its residuals (rows,).
 
-    The channel's present scatter (median absolute residual over 0.6745) where that exceeds `FAR`,
-    1 otherwise. Far from the solution the model's error is no sensor noise: taken for it, it would
+    Their present scatter (median absolute residual over 0.6745) where that exceeds `FAR`, 1
+    otherwise. Far from the solution the model's error is no sensor noise: taken for it, it would
     outweigh the priors by orders of magnitude and drive the parameters to where nothing makes
     sense. As the fit closes in, the factors fall to 1 and with them the cost to its own form.
     """
-    soft = np.ones(residual.size)
-    for number in range(len(stack.rows)):
-        own = stack.owner == number
-        scatter = float(np.median(np.abs(residual[own]))) / 0.6745
-        if scatter > FAR:
-            soft[own] = scatter
-    return soft
+    scatter = float(np.median(np.abs(residual))) / 0.6745 if residual.size else 1.0
+    return scatter if scatter > FAR else 1.0
 
 
 def huber_weights(residual: FloatArray, soft: FloatArray) -> FloatArray:
@@ -207,7 +201,9 @@ def solve(
     while iteration < most_steps:
         iteration += 1
         found = derivatives(problem, point)
-        soft = softness_of(problem.stack, found.residual)
+        channels = problem.stack.owner
+        each = [softness_of(found.residual[channels == k]) for k in range(len(problem.stack.rows))]
+        soft = np.array(each)[channels]
         reduced = reduce_windows(problem, found, point, huber_weights(found.residual, soft))
         step, gain, beyond, whole = _shared_step(problem, reduced, point)
         before = total_cost(problem, found.residual, soft, point)

@@ -230,9 +230,10 @@ def chained_windows(
     return chained
 
 
-def widened(stack: WindowStack, residual: FloatArray) -> dict[str, float]:
-    """Factors on the stated noise that the residuals ask for; none where they bear it out.
+def widened(stack: WindowStack, residual: FloatArray, run: int | None = None) -> dict[str, float]:
+    """Factors on the stated noise that the residuals, of one run or of all, ask for.
 
+    None where they bear it out.
     Scatter beyond the stated noise, and for residuals that go together the root of the number of
     readings that tell as much as one independent one, (1 + r) / (1 - r) at a correlation r from
     one reading to the next: a model that is wrong is wrong for many readings on end, and each of
@@ -240,11 +241,16 @@ def widened(stack: WindowStack, residual: FloatArray) -> dict[str, float]:
     """
     wider = {}
     for number, rows in enumerate(stack.rows):
-        own = residual[stack.owner == number]
+        own, window = residual[stack.owner == number], rows.window
+        if run is not None:
+            inside = np.array([one.run == run for one in stack.windows])[window]
+            own, window = own.reshape(window.size, -1)[inside].ravel(), window[inside]
+        if not own.size:
+            continue
         # robust: a few outliers are not the sensor's noise
         scatter = float(np.median(np.abs(own))) / 0.6745
         factor = scatter * stack.scale.get(rows.channel.quantity, 1.0)
-        together = _together(own / max(scatter, 1e-12), rows.window)
+        together = _together(own / max(scatter, 1e-12), window)
         if together > TOGETHER:
             believed = min(together, MOST_TOGETHER)
             factor *= np.sqrt((1.0 + believed) / (1.0 - believed))

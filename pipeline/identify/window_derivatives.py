@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from pipeline.identify.run_nuisance import RunNuisance, run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
@@ -24,11 +25,22 @@ BLIND_VELOCITY = 0.2
 _PARAMETER_STEP, _START_STEP = 1e-5, 1e-6
 
 
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """By what some runs may differ: `direction` (p + q,) is one `unit` of it in x."""
+
+    kind: str
+    name: str
+    unit: str
+    runs: tuple[int, ...]
+    direction: FloatArray
+
+
 @dataclass(frozen=True)
 class FitProblem:
     """What is fitted: windows, free parameters, what the windows of a run share, and the thrust.
 
-    The unknowns x of a point are the parameters (p,) and, after them, those of the thrust (q,).
+    The unknowns x of a point are the parameters (p,), those of the thrust (q,), sizes of shifts.
     Windows are of so many `runs`; `offsets` False leaves the constant ones of sensors at zero.
     """
 
@@ -41,6 +53,8 @@ class FitProblem:
     held: frozenset[int] = frozenset()
     """Which of x stay at what the vehicle file says."""
     offsets: bool = True
+    shifts: tuple[Shift, ...] = ()
+    """By what some runs differ from the others; their sizes (k,) are the last of x."""
 
     @cached_property
     def shared(self) -> RunNuisance:
@@ -50,7 +64,7 @@ class FitProblem:
     @property
     def size(self) -> int:
         """Number of the unknowns x."""
-        return len(self.parameters) + self.thrust.size
+        return len(self.parameters) + self.thrust.size + len(self.shifts)
 
     def free(self, count: int) -> BoolArray:
         """Which of the first unknowns of (x, s) are not held, (count,)."""
@@ -60,11 +74,10 @@ class FitProblem:
 
     @cached_property
     def precision(self) -> FloatArray:
-        """Prior precision (p + q, p + q) of x."""
-        count = len(self.parameters)
-        found = np.eye(self.size)
-        found[count:, count:] = self.thrust.precision
-        return found
+        """Prior precision of x; a shift may have any size."""
+        flat = 1e-9 * np.eye(len(self.shifts))
+        own = np.eye(len(self.parameters))
+        return np.asarray(block_diag(own, self.thrust.precision, flat))
 
     @cached_property
     def lowest(self) -> FloatArray:
@@ -92,16 +105,27 @@ class FitProblem:
         return scales
 
     def vector(self, steps: FloatArray) -> FloatArray:
-        """Parameter vector for x (p + q,) in prior standard deviations."""
-        count = len(self.parameters)
-        values = values_from_steps(self.parameters, steps[:count])
-        vector = vector_with(self.nominal, self.parameters, values)
-        self.thrust.write(vector, steps[count:])
-        return vector
+        """Parameter vector for x in prior standard deviations; of each window where runs differ."""
+        count, common = len(self.parameters), steps[: self.size - len(self.shifts)]
+
+        def of_run(run: int) -> FloatArray:
+            own = common.copy()
+            for shift, size in zip(self.shifts, steps[common.size :], strict=True):
+                own += size * shift.direction * (run in shift.runs)
+            values = values_from_steps(self.parameters, own[:count])
+            vector = vector_with(self.nominal, self.parameters, values)
+            self.thrust.write(vector, own[count:])
+            return vector
+
+        if not self.shifts:
+            return of_run(0)
+        by_run = [of_run(run) for run in range(self.runs)]
+        return np.stack([by_run[window.run] for window in self.stack.windows])
 
     def packed(self, steps: FloatArray) -> PackedVehicle:
-        """Return the vehicle with the thrust curves of x (p + q,)."""
-        return self.thrust.packed(self.stack.packed, steps[len(self.parameters) :])
+        """Return the vehicle with the thrust curves of x."""
+        count = len(self.parameters)
+        return self.thrust.packed(self.stack.packed, steps[count : count + self.thrust.size])
 
     def starts(self, moved: FloatArray) -> FloatArray:
         """First states (windows, STATE) for starts (windows, 12) in prior deviations."""
@@ -127,7 +151,7 @@ class FitPoint:
 class Derivatives:
     """Whitened residuals (rows,) and derivatives of the predictions at a point.
 
-    `parameters` (rows, p + q) by x, `starts` (rows, 12) by the window's own start. Those by the
+    `parameters` (rows, p + q + k) by x, `starts` (rows, 12) by the window's own start. Those by the
     shared unknowns are constant and lie with the problem.
     """
 
@@ -170,7 +194,7 @@ def _unshared(problem: FitProblem, point: FitPoint) -> FloatArray:
 def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
     """Forward differences, one simulation of all windows a column, over threads."""
     base = _unshared(problem, point)
-    count = problem.size
+    count = problem.size - len(problem.shifts)
     used = np.flatnonzero(problem.start_scales.any(axis=0))
 
     def column(index: int) -> FloatArray:
@@ -190,8 +214,9 @@ def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
     columns = [np.where(np.isfinite(one), one, 0.0) for one in columns]
     by_start = np.zeros((base.size, 12))
     by_start[:, used] = np.stack(columns[count:], axis=1)
+    by_x = np.stack(columns[:count], axis=1) if count else np.zeros((base.size, 0))
+    run = np.array([window.run for window in problem.stack.windows])[problem.shared.window]
+    by_size = [by_x @ one.direction * np.isin(run, one.runs) for one in problem.shifts]
     return Derivatives(
-        base - problem.shared.whitened(point.shared),
-        np.stack(columns[:count], axis=1) if count else np.zeros((base.size, 0)),
-        by_start,
+        base - problem.shared.whitened(point.shared), np.column_stack([by_x, *by_size]), by_start
     )

@@ -229,13 +229,14 @@ def simulate_windows(
 ) -> tuple[FloatArray, FloatArray]:
     """Stacked states (samples, STATE) and accelerations (samples, 6) of all windows.
 
-    A window whose simulation runs away holds NaN from its start.
+    `vector` is that of all windows, or (windows, n) of each. A window whose simulation runs away
+    holds NaN from its start.
     """
     pieces = stack.pieces
     states, rates, _ = run_pieces(stack.packed, pieces, vector, starts, stack.outside, RK4)
     size = np.abs(states[:, 7:13]).max(axis=1)
     lost = ~(np.maximum.reduceat(size, pieces.first_row) <= _FASTEST)
-    lost |= pieces.steps_s > largest_step_s(stack.packed, vector)
+    lost |= pieces.steps_s > largest_step_s(stack.packed, np.atleast_2d(vector)[0])
     rows = np.repeat(lost, pieces.last_row - pieces.first_row + 1)
     states[rows], rates[rows] = np.nan, np.nan
     return states, rates

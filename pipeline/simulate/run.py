@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import cycle
 from typing import Literal, Protocol
 
 import numpy as np
@@ -251,21 +252,25 @@ def run_pieces(  # noqa: PLR0917 - what is flown, and by what
     """States (m + k, STATE), accelerations (m + k, 6) and thrusts (m + k, 12) of all stretches.
 
     A simulation that leaves the finite numbers is not refused: its rows are not finite. `vector` is
-    the vehicle's, whatever ran with more ballast or less; `starts` (k, STATE) are first states,
-    `external` (m, 6) or (1, 6) force [N] and moment [N m] from outside, held for each step.
+    the vehicle's, whatever ran with more ballast or less, or (k, p) that of each stretch; `starts`
+    (k, STATE) are first states, `external` (m, 6) or (1, 6) force [N] and moment [N m] from
+    outside, held for each step.
     """
     rows = len(pieces.commands) + len(starts)
     found = np.empty((rows, STATE)), np.empty((rows, 6)), np.empty((rows, MOST_THRUSTERS))
-    known = dict.fromkeys(pieces.conditions)
-    if len(known) > 1:
+    if vector.ndim > 1 or len(set(pieces.conditions)) > 1:
         lengths, numbers = np.diff(pieces.bounds), np.arange(pieces.steps_s.size)
         step_of, row_of = np.repeat(numbers, lengths), np.repeat(numbers, lengths + 1)
-        for one in known:
-            own = np.array([each == one for each in pieces.conditions])
+        of_each = np.broadcast_to(vector, (numbers.size, vector.shape[-1]))
+        known = [one for one, _ in zip(cycle(pieces.conditions), numbers, strict=False)]
+        kinds = [(one, row.tobytes()) for one, row in zip(known, of_each, strict=True)]
+        for first in {kind: kinds.index(kind) for kind in kinds}.values():
+            own = np.array([kind == kinds[first] for kind in kinds])
             bounds = np.concatenate([[0], np.cumsum(lengths[own])])
-            part = Pieces(pieces.commands[own[step_of]], bounds, pieces.steps_s[own], (one,))
+            one = (known[first],)
+            part = Pieces(pieces.commands[own[step_of]], bounds, pieces.steps_s[own], one)
             outside = external if len(external) == 1 else external[own[step_of]]
-            parts = run_pieces(packed, part, vector, starts[own], outside, method)
+            parts = run_pieces(packed, part, of_each[first], starts[own], outside, method)
             for whole, values in zip(found, parts, strict=True):
                 whole[own[row_of]] = values
         return found
