@@ -82,17 +82,19 @@ def typical(levers: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(np.where(there, levers, 0.0) ** 2, axis=1) / count))
 
 
-def log_evidence(
+def gaussian_posterior(
     information: FloatArray, vector: FloatArray, mean: FloatArray, covariance: FloatArray
-) -> float:
-    """Log of the likelihood exp(-b'Ib/2 + v'b) averaged over b ~ N(mean, covariance)."""
+) -> tuple[FloatArray, FloatArray, float]:
+    """Mean and covariance of b ~ N(mean, covariance) by the likelihood exp(-b'Ib/2 + v'b).
+
+    Third comes the log evidence, that of the likelihood averaged over the prior.
+    """
     rest = vector - information @ mean
     inner = np.eye(len(mean)) + covariance @ information
-    _, log_det = np.linalg.slogdet(inner)
-    spread = np.linalg.solve(inner, covariance)
-    return float(
-        vector @ mean - 0.5 * mean @ information @ mean + 0.5 * rest @ spread @ rest - 0.5 * log_det
-    )
+    spread = np.asarray(np.linalg.solve(inner, covariance), float)
+    moved = spread @ rest
+    evidence = vector @ mean - 0.5 * mean @ information @ mean + 0.5 * rest @ moved
+    return mean + moved, spread, float(evidence - 0.5 * np.linalg.slogdet(inner)[1])
 
 
 def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -100,15 +102,13 @@ def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> tuple[FloatArray, Fl
     lever, there = levers[axis.axis], moving(levers)[axis.axis]
     size = np.where(there, np.abs(lever), typical(levers)[axis.axis])
     mean = np.where(there, lever, 0.0)
-    best = max(
-        (np.diag(np.where(there, PRIOR_STD * size, coupled * size) ** 2) for coupled in _COUPLED),
-        key=lambda covariance: log_evidence(axis.information, axis.vector, mean, covariance),
+    stds = (np.where(there, PRIOR_STD * size, coupled * size) for coupled in _COUPLED)
+    beta, covariance, _ = max(
+        (gaussian_posterior(axis.information, axis.vector, mean, np.diag(std**2)) for std in stds),
+        key=lambda found: found[2],
     )
-    inner = np.eye(len(mean)) + best @ axis.information
-    covariance = np.linalg.solve(inner, best)
-    beta = mean + covariance @ (axis.vector - axis.information @ mean)
-    unit = np.where(there, lever, size)
-    return beta / unit, np.sqrt(np.maximum(np.diag(covariance), 0.0)) / size
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return beta / np.where(there, lever, size), std / size
 
 
 def joint_gains(

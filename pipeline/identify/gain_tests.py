@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
-from pipeline.identify.gain_estimates import Doubt, log_evidence, typical
+from pipeline.identify.gain_estimates import Doubt, gaussian_posterior, typical
 from pipeline.identify.thruster_regression import RunLikelihood
 from pipeline.records.gains import FindingKind
 from pipeline.types import FloatArray
@@ -133,7 +133,7 @@ def layout_evidence(
             (max(doubt.thruster, _LOOSE) * lever) ** 2 + (ORDINARY_COUPLING * size[one.axis]) ** 2
         )
     covariance += gain_std**2 * design @ design.T
-    return log_evidence(information, vector, mean, covariance)
+    return gaussian_posterior(information, vector, mean, covariance)[2]
 
 
 def against_all(runs: Sequence[RunLikelihood], lever: FloatArray, axis: int) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear
 from pipeline.identify.smoothing import Method
-from pipeline.identify.straight_line_samples import UNITS, WEIGHT, Samples, filtered_samples
+from pipeline.identify.straight_line_samples import UNITS, WEIGHT, filtered_samples
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     RegressionTerm,
@@ -76,31 +76,15 @@ def straight_line(
         Without velocity, or where no stretch is straight, or the thrust does not vary in them.
     """
     along = AXES.index(axis)
-    found: list[Samples] = []
-    for run in runs:
-        count = sum(len(one.segments) for one in found)
-        found.append(
-            filtered_samples(
-                packed,
-                sensors,
-                run,
-                along=along,
-                method=method,
-                bandwidth_hz=bandwidth_hz,
-                first_number=count,
-            )
-        )
-    stretch, run_number = (
-        np.concatenate(numbers)
-        for numbers in (
-            [one.stretch for one in found],
-            [np.full(one.stretch.size, k) for k, one in enumerate(found)],
-        )
+    found = [filtered_samples(packed, sensors, run, along, method, bandwidth_hz) for run in runs]
+    acceleration, thrust, valid = (
+        np.concatenate([getattr(one, name) for one in found])
+        for name in ("acceleration", "thrust", "valid")
     )
-    acceleration, thrust = (
-        np.concatenate([getattr(one, name) for one in found]) for name in ("acceleration", "thrust")
-    )
-    valid = np.concatenate([one.valid for one in found])
+    run_number = np.repeat(np.arange(len(found)), [one.stretch.size for one in found])
+    before = np.cumsum([0, *(len(one.segments) for one in found)])[run_number]
+    stretch = np.concatenate([one.stretch for one in found])
+    stretch = np.where(stretch < 0, -1, stretch + before)
     segments = tuple(segment for one in found for segment in one.segments)
     inside = stretch >= 0
     if inside.sum() < 10:

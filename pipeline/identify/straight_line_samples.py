@@ -66,19 +66,15 @@ class Samples:
     segments: tuple[StraightSegment, ...]
 
 
-def filtered_samples(
+def filtered_samples(  # noqa: PLR0917 - as `straight_line` takes them
     packed: PackedVehicle,
     sensors: Sensors,
     run: RunTable,
-    *,
     along: int,
     method: Method,
     bandwidth_hz: float,
-    first_number: int = 0,
 ) -> Samples:
-    """Filter one run's readings and find its straight stretches, numbered from `first_number` on.
-
-    The other arguments are as of `straight_line`.
+    """Filter one run's readings and find its straight stretches; arguments as of `straight_line`.
 
     Raises
     ------
@@ -129,7 +125,7 @@ def filtered_samples(
     number = np.full(len(readings), -1)
     for k, one in enumerate(straight):
         inside = (time_s >= one.from_s + half) & (time_s <= one.to_s - half)
-        number[inside & smoothed.valid] = first_number + k
+        number[inside & smoothed.valid] = k
     terms, there = omitted_terms(packed, run, velocity, wrench[:, along], along)
     # the filter spreads the zeros that the terms have in gaps
     return Samples(

@@ -31,42 +31,26 @@ from pipeline.vehicle.sensor_schema import Sensors
 _LEVERAGE = 3.0
 
 
-@dataclass(frozen=True)
-class _System:
-    """Rows of one axis: response = thrust beta + known terms of prior deviations `held`.
+def _solved(
+    known: FloatArray, held: FloatArray, both: FloatArray, weight: FloatArray, noise: float
+) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+    """Solve response = thrust beta + known terms of prior deviations `held` for beta.
 
-    `known` (k, t), `size` (t,) the terms' root mean squares, `thrust` (k, n), `response` (k,).
+    `known` (k, t) have unit size, `both` (k, n + 1) are thrusts and response, `noise` a variance.
+    The thrusts less what the terms explain (k, n), beta (n,), the variance it leaves, and that.
     """
-
-    known: FloatArray
-    size: FloatArray
-    held: FloatArray
-    thrust: FloatArray
-    response: FloatArray
-
-    def solved(
-        self, weight: FloatArray, noise: float
-    ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-        """Solve for beta with the known terms taken off, at a variance of the `noise`.
-
-        The thrusts that are left (k, n), beta (n,), the variance of what it leaves, and that (k,).
-        """
-        scaled = self.known / self.size
-        weighted = weight[:, None] * scaled
-        normal = scaled.T @ weighted
-        # a whisker for terms that go together: what each of them gets is of no account
-        normal[np.diag_indices_from(normal)] += (
-            noise / (self.held * self.size) ** 2 + 1e-9 * self.response.size
-        )
-        both = np.column_stack([self.thrust, self.response])
-        both = both - scaled @ np.linalg.solve(normal, weighted.T @ both)
-        partial, rest = both[:, :-1], both[:, -1]
-        weighted = weight[:, None] * partial
-        beta = np.linalg.solve(_lifted(partial.T @ weighted), weighted.T @ rest)
-        error = rest - partial @ beta
-        degrees = max(float(weight.sum()) - partial.shape[1] - self.size.size, 1.0)
-        left = max(float((weight * error**2).sum()) / degrees, 1e-300)
-        return partial, np.asarray(beta, float), left, error
+    weighted = weight[:, None] * known
+    normal = known.T @ weighted
+    # a whisker for terms that go together: what each of them gets is of no account
+    normal[np.diag_indices_from(normal)] += noise / held**2 + 1e-9 * len(both)
+    both = both - known @ np.linalg.solve(normal, weighted.T @ both)
+    partial, rest = both[:, :-1], both[:, -1]
+    weighted = weight[:, None] * partial
+    beta = np.linalg.solve(_lifted(partial.T @ weighted), weighted.T @ rest)
+    error = rest - partial @ beta
+    degrees = max(float(weight.sum()) - partial.shape[1] - held.size, 1.0)
+    left = max(float((weight * error**2).sum()) / degrees, 1e-300)
+    return partial, np.asarray(beta, float), left, error
 
 
 def _lifted(normal: FloatArray) -> FloatArray:
@@ -313,13 +297,13 @@ def _axis(  # noqa: PLR0917  one equation
     held = np.full(known.shape[1], _BEFORE_STD * max(float(np.abs(lever).max()), 1e-3))
     held[:plain] = _TERM_STD * signal / size[:plain]
     weight = np.ones(len(rows))
-    system = _System(known, size, held, now[rows][:, moved], response)
-    partial, beta, noise, error = system.solved(weight, float(np.var(response)))
+    system = known / size, held * size, np.column_stack([now[rows][:, moved], response])
+    partial, beta, noise, error = _solved(*system, weight, float(np.var(response)))
     for _ in range(passes - 1):
         scale = float(np.median(np.abs(error))) / 0.6745
         weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(error), 1e-300))
         weight *= _bounded(partial)
-        partial, beta, noise, error = system.solved(weight, noise)
+        partial, beta, noise, error = _solved(*system, weight, noise)
     information, vector = np.zeros((count, count)), np.zeros(count)
     block = rows // max(round(_BLOCK_S / (fixed.width * motion.period_s)), 1)
     part = (weight[:, None] * partial).T @ partial / noise

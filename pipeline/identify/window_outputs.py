@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -148,41 +149,33 @@ def stack_windows(
     offsets = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in windows])])
     rows, owner_window, owner_channel = [], [], []
     for channel in channels:
-        samples, lates, numbers, values, begin = [], [], [], [], 0
+        quantity, wider = channel.quantity, factors.get(channel.quantity, 1.0)
+        own = [
+            (k, w, w.readings[quantity]) for k, w in enumerate(windows) if quantity in w.readings
+        ]
+        if not own:
+            continue
+        bounds = np.cumsum([0, *(read.sample.size for _, _, read in own)])
         alike: dict[bytes, tuple[FloatArray, float, list[IntArray]]] = {}
-        for number, window in enumerate(windows):
-            if channel.quantity not in window.readings:
-                continue
-            own = window.readings[channel.quantity]
-            index = own.sample
-            samples.append(offsets[number] + index)
-            lates.append(own.late_s / window.step_s)
-            numbers.append(np.full(index.size, number))
-            values.append(own.values)
-            time_s = np.asarray(index * window.step_s)
+        for (_, window, read), (begin, end) in zip(own, pairwise(bounds), strict=True):
+            time_s = np.asarray(read.sample * window.step_s)
             key = np.round([*time_s, window.duration_s], 6).tobytes()
             group = alike.setdefault(key, (time_s, window.duration_s, []))
-            group[2].append(np.arange(begin, begin + index.size))
-            begin += index.size
-        if not samples:
-            continue
+            group[2].append(np.arange(begin, end))
         rows.append(
             Rows(
                 channel,
-                np.concatenate(samples),
-                np.concatenate(lates),
-                np.concatenate(numbers),
-                np.concatenate(values),
+                np.concatenate([offsets[number] + read.sample for number, _, read in own]),
+                np.concatenate([read.late_s / window.step_s for _, window, read in own]),
+                np.repeat([number for number, _, _ in own], np.diff(bounds)),
+                np.concatenate([read.values for _, _, read in own]),
                 tuple(
-                    (
-                        np.stack(members),
-                        _whitener(channel, time_s, duration_s) / factors.get(channel.quantity, 1.0),
-                    )
+                    (np.stack(members), _whitener(channel, time_s, duration_s) / wider)
                     for time_s, duration_s, members in alike.values()
                 ),
             )
         )
-        width = 3 if channel.quantity == "attitude" else rows[-1].measured.shape[1]
+        width = 3 if quantity == "attitude" else rows[-1].measured.shape[1]
         owner_window.append(np.repeat(rows[-1].window, width))
         owner_channel.append(np.full(owner_window[-1].size, len(rows) - 1))
     windows_of_rows = np.concatenate(owner_window)

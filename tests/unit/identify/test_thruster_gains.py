@@ -15,7 +15,7 @@ from pipeline.identify.gain_estimates import (
     Gain,
     GainSet,
     RunGains,
-    log_evidence,
+    gaussian_posterior,
     pool,
 )
 from pipeline.identify.gain_findings import findings_of
@@ -317,7 +317,7 @@ def test_pooling_tells_scatter_between_runs_from_noise() -> None:
 def test_evidence_is_that_of_the_gaussian_integral() -> None:
     """One dimension, against the density of the sum of two normal variables."""
     information, vector = np.array([[4.0]]), np.array([2.0])
-    found = log_evidence(information, vector, np.array([1.0]), np.array([[9.0]]))
+    _, _, found = gaussian_posterior(information, vector, np.array([1.0]), np.array([[9.0]]))
     grid = np.linspace(-60.0, 60.0, 400_001)
     prior = np.exp(-0.5 * (grid - 1.0) ** 2 / 9.0) / np.sqrt(2 * np.pi * 9.0)
     integral = np.trapezoid(prior * np.exp(-2.0 * grid**2 + 2.0 * grid), grid)
