@@ -31,7 +31,7 @@ from pipeline.export.attachment_topics import topic_of_latch, topics_of_tether
 from pipeline.export.log_topics import Topic
 from pipeline.export.mcap_log import SIMULATED_PREFIX, write_run_log
 from pipeline.export.overlay import write_overlay
-from pipeline.ingest.recorded_log import RecordedFile
+from pipeline.ingest.mcap_file import RecordedFile
 from pipeline.ingest.run_commands import RunCommands, read_run_commands
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.provenance import code_digest, file_digest

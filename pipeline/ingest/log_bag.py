@@ -21,7 +21,7 @@ import numpy as np
 from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import ChunkBlock, Messages
-from pipeline.ingest.mcap_directory import Directory
+from pipeline.ingest.mcap_records import Directory
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_records import MAX_RATIO, MAX_UNPACKED_BYTES, ChannelRecord, SchemaRecord
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_chunk import ChunkBlock
-from pipeline.ingest.mcap_directory import Directory
+from pipeline.ingest.mcap_records import Directory
 from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.pool_run_extract import Request, Sink, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound

@@ -5,8 +5,10 @@ the chunk without a rest. Without an index the records are walked one by one.
 """
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -40,8 +42,6 @@ class ChunkBlock:
 
     data: Bytes
     messages: Mapping[int, Messages]
-    schemas: tuple[mcap.SchemaRecord, ...] = ()
-    channels: tuple[mcap.ChannelRecord, ...] = ()
     fault: str = ""
     """What stopped the reading inside of the block, if anything did."""
 
@@ -60,9 +60,12 @@ def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
     if head.compression not in ("", "zstd", "lz4"):
         raise BrokenChunkError(f'its compression "{head.compression}" is not known')
     parts: list[bytes] = []
+    left = head.uncompressed_size + 1  # no more, whatever the frames announce
     try:
-        for part in _parts(head.compression, packed, head.uncompressed_size + 1):
-            parts += [part]  # those before an error stay
+        stream = _opened(head.compression, packed)
+        while left > 0 and (part := stream.read1(min(left, 1 << 22))):
+            parts.append(part)  # those before an error stay
+            left -= len(part)
     except Exception as error:  # noqa: BLE001 - each library has its own
         if not cut:
             raise BrokenChunkError(f"it cannot be decompressed ({reason(error)})") from None
@@ -78,36 +81,26 @@ def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
     return data
 
 
-def _parts(compression: str, packed: bytes, most: int) -> Iterator[bytes]:
-    """Decompress bytes piece by piece, to no more than `most`, whatever the frames announce."""
-    if not compression:
-        yield packed
-        return
+def _opened(compression: str, packed: bytes) -> Any:  # noqa: ANN401  readers of several libraries
+    """Open packed bytes as a stream of what they hold."""
     if compression == "zstd":
         import zstandard
 
-        with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(
-            packed, read_across_frames=True
-        ) as reader:
-            while most > 0 and (part := reader.read(min(most, 1 << 22))):
-                yield part
-                most -= len(part)
-        return
-    import lz4.frame  # type: ignore[import-untyped]  # lz4 has no annotations
+        decompressor = zstandard.ZstdDecompressor(max_window_size=1 << 27)
+        return decompressor.stream_reader(packed, read_across_frames=True)
+    if compression == "lz4":
+        import lz4.frame  # type: ignore[import-untyped]  # lz4 has no annotations
 
-    decompressor = lz4.frame.LZ4FrameDecompressor()
-    while most > 0 and (part := decompressor.decompress(packed, max_length=most)):
-        yield part
-        most -= len(part)
-        packed = b""
-        if decompressor.eof:
-            return
+        return lz4.frame.LZ4FrameFile(BytesIO(packed))
+    return BytesIO(packed)
 
 
-def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock | None:
+def block_by_index(
+    data: bytes, offsets: Mapping[int, IntArray], directory: mcap.Directory
+) -> ChunkBlock | None:
     """Find the messages of a chunk by its index: channel -> offsets of the messages' records (k,).
 
-    None where the index does not agree with the records.
+    Notes schemas and channels in the directory. None where index and records do not agree.
     """
     buffer = np.frombuffer(data, np.uint8)
     messages: dict[int, Messages] = {}
@@ -136,15 +129,10 @@ def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock |
     rest = _between(buffer.size, begins, ends)
     if rest is None:
         return None
-    schemas: list[mcap.SchemaRecord] = []
-    channels: list[mcap.ChannelRecord] = []
-    for begin_of_rest, end_of_rest in rest:
-        part = walk(data[begin_of_rest:end_of_rest])
-        if part.messages or part.fault:
-            return None
-        schemas += part.schemas
-        channels += part.channels
-    return ChunkBlock(buffer, messages, tuple(schemas), tuple(channels))
+    parts = (walk(data[begin:end], directory) for begin, end in rest)
+    if any(part.messages or part.fault for part in parts):
+        return None
+    return ChunkBlock(buffer, messages)
 
 
 def _between(
@@ -175,46 +163,28 @@ def at_every_byte(buffer: Bytes, kind: np.dtype[np.generic]) -> npt.NDArray[np.g
     return np.ndarray((count,), kind, buffer=buffer, strides=(1,))
 
 
-def walk(data: bytes) -> ChunkBlock:
-    """Find the messages of unpacked records by walking them, up to a `fault`."""
+def walk(data: bytes, directory: mcap.Directory) -> ChunkBlock:
+    """Find the messages of unpacked records by walking them, up to a `fault`.
+
+    Notes schemas and channels in the directory.
+    """
     found: dict[int, list[tuple[int, int, int]]] = {}
-    schemas: list[mcap.SchemaRecord] = []
-    channels: list[mcap.ChannelRecord] = []
-    view = memoryview(data)
-    at, end, fault = 0, len(data), ""
-    head, message_head = mcap.RECORD_HEAD.unpack_from, mcap.MESSAGE_HEAD.unpack_from
-    while at < end:
-        if at + mcap.RECORD_HEAD.size > end:
-            fault = "the records end in the middle of one"
-            break
-        opcode, length = head(data, at)
-        begin = at + mcap.RECORD_HEAD.size
-        at = begin + length
-        if at > end:
-            fault = "the records end in the middle of one"
-            break
-        if opcode == mcap.MESSAGE:
-            if length < mcap.MESSAGE_HEAD.size:
-                fault = f"a message has {length} bytes"
-                break
-            channel, _, time_ns, _ = message_head(data, begin)
-            found.setdefault(channel, []).append(
-                (time_ns, begin + mcap.MESSAGE_HEAD.size, length - mcap.MESSAGE_HEAD.size)
-            )
-            continue
-        try:
-            if opcode == mcap.SCHEMA:
-                schemas.append(mcap.parse(opcode, view[begin:at]))
-            elif opcode == mcap.CHANNEL:
-                channels.append(mcap.parse(opcode, view[begin:at]))
-        except mcap.BrokenRecordError as error:
-            fault = str(error)
-            break
+    view, fault, message_head = memoryview(data), "", mcap.MESSAGE_HEAD.unpack_from
+    try:
+        for opcode, begin, end in mcap.records_in(data):
+            if opcode == mcap.MESSAGE:
+                start = begin + mcap.MESSAGE_HEAD.size
+                if start > end:
+                    raise mcap.BrokenRecordError(f"a message has {end - begin} bytes")  # noqa: TRY301
+                channel, _, time_ns, _ = message_head(data, begin)
+                found.setdefault(channel, []).append((time_ns, start, end - start))
+            elif opcode in (mcap.SCHEMA, mcap.CHANNEL):
+                directory.note(opcode, view[begin:end])
+    except mcap.BrokenRecordError as error:
+        fault = str(error)
     messages = {}
     for channel, rows in found.items():
         # times beyond 2^63 ns are no times; they become negative ones, which is noticed
         table = np.array(rows, dtype=np.uint64).astype(np.int64)
         messages[channel] = Messages(table[:, 0], table[:, 1], table[:, 2])
-    return ChunkBlock(
-        np.frombuffer(data, np.uint8), messages, tuple(schemas), tuple(channels), fault
-    )
+    return ChunkBlock(np.frombuffer(data, np.uint8), messages, fault)

@@ -12,12 +12,12 @@ from typing import BinaryIO
 
 import numpy as np
 
-from pipeline.errors import InputError
+from pipeline.errors import InputError, Place
 from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
-from pipeline.ingest.mcap_directory import check_start
 from pipeline.ingest.pool_run_plan import TopicFound
+from pipeline.records.run_arrays import RecordedMessage, RecordedTopic
 from pipeline.types import IntArray
 
 _MAX_SUMMARY_BYTES = 64 * 1024 * 1024
@@ -25,6 +25,18 @@ _MAX_INDEX_BYTES = 64 * 1024 * 1024
 #: Messages outside of chunks are put together to blocks of about this size.
 _LOOSE_BYTES = 4 * 1024 * 1024
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
+#: A header and a footer at least.
+_SMALLEST_FILE = 2 * len(mcap.MAGIC) + mcap.RECORD_HEAD.size + 8
+_KNOWN_STARTS = (
+    (b"#ROSBAG V", "a ROS 1 bag", "Name it *.bag: then it is read as one."),
+    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Name it *.db3: then it is read as one."),
+    (b"ULog", "a log of PX4", "Name it *.ulg: then it is read as one."),
+    (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the log: git lfs pull"),
+    (b"PK\x03\x04", "a ZIP archive or a workbook", "Unpack it."),
+    (b"\x1f\x8b", "gzip", "Unpack it."),
+    (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
+    (b"\xa3\x95", "an ArduPilot data-flash log", "Name it *.BIN: then it is read as one."),
+)  # fmt: skip
 
 
 class McapFile(MessageLog):
@@ -41,7 +53,7 @@ class McapFile(MessageLog):
         with self._open() as stream:
             self.size = stream.seek(0, io.SEEK_END)
             stream.seek(0)
-            check_start(stream.read(64), self.size, self.place)
+            _check_start(stream.read(64), self.size, self.place)
             self._read_summary(stream)
         if not self.directory.indexed:
             self._scan()
@@ -159,7 +171,7 @@ class McapFile(MessageLog):
         """Make a block of messages that stand outside of chunks."""
         data = bytes(loose)
         loose.clear()
-        return self.directory.take_in(walk(data))
+        return walk(data, self.directory)
 
     def _chunk(
         self, stream: BinaryIO, begin: int, length: int, wanted: frozenset[int] | None
@@ -186,15 +198,15 @@ class McapFile(MessageLog):
                 self.add_fault(f"{where} is damaged: {error}; its messages were left out.")
             return None
         if not is_cut:
-            return self.directory.take_in(self._found_in(data, index, where))
-        block = walk(data)
+            return self._found_in(data, index, where)
+        block = walk(data, self.directory)
         parts = list(block.messages.values())
         rescued = sum(part.size.size for part in parts)
         walked = max((int(part.start[-1] + part.size[-1]) for part in parts), default=0)
         whole = begin + head.length + len(packed) * walked // len(data) if rescued else first
         how = f"in the middle of a chunk, of which {rescued} messages were rescued, "
         self.cut(whole, how)
-        return self.directory.take_in(block)
+        return block
 
     def _check(self, head: mcap.ChunkHead, length: int) -> None:
         """Count what a pass unpacks; raises `BrokenChunkError` for a chunk not to be read."""
@@ -212,13 +224,13 @@ class McapFile(MessageLog):
 
     def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> ChunkBlock:
         """Find the messages of a chunk by its index, or without where that does not agree."""
-        block = block_by_index(data, index) if index else None
+        block = block_by_index(data, index, self.directory) if index else None
         if block is None:
             # where the file was cut off, the index of the last chunk may be cut, too
             if index and self.directory.complete:
                 what = "its message index does not agree with it; its records were walked."
                 self.add_fault(f"{where} is damaged: {what}")
-            block = walk(data)
+            block = walk(data, self.directory)
         if block.fault:
             what = f"{block.fault}; what follows in it was left out."
             self.add_fault(f"{where} is damaged: {what}")
@@ -252,3 +264,57 @@ class McapFile(MessageLog):
                 known = index.get(number)
                 index[number] = offsets if known is None else np.concatenate([known, offsets])
         return index
+
+
+def _check_start(start: bytes, size: int, place: Place) -> None:
+    """Check the first bytes of a file of `size` bytes; raises `InputError` if it is no log."""
+    remedy = "Copy the log from the vehicle again."
+    expected = "an MCAP file, which begins with 89 4D 43 41 50 30 0D 0A."
+    if size == 0:
+        raise InputError.at(place, "the file is empty.", expected=expected, remedy=remedy)
+    if not start.startswith(mcap.MAGIC):
+        what = f"this is not MCAP: {size} bytes that begin with {start[:8].hex(' ')}."
+        for known, name, what_to_do in _KNOWN_STARTS:
+            if start.startswith(known):
+                what, remedy = f"this is {name}, not MCAP.", what_to_do
+        raise InputError.at(place, what, expected=expected, remedy=remedy)
+    if size < _SMALLEST_FILE:
+        raise InputError.at(
+            place,
+            f"the log ends after {size} bytes, before anything was written to it.",
+            expected="a header and messages.",
+            remedy=remedy,
+        )
+
+
+class RecordedFile(McapFile):
+    """A log whose messages are copied as bytes, not understood, with the memory of a chunk."""
+
+    @property
+    def metadata(self) -> Mapping[str, Mapping[str, str]]:
+        """Metadata records by name, as far as the file was read."""
+        return self.directory.metadata
+
+    def topic(self, number: int) -> RecordedTopic | None:
+        """Topic of a number; None where the log does not describe it."""
+        channel = self.directory.channels.get(number)
+        if channel is None:
+            return None
+        schema = self.directory.schemas.get(channel.schema_id)
+        own = () if schema is None else (schema.name, schema.encoding, schema.data)
+        return RecordedTopic(channel.topic, channel.message_encoding, channel.metadata, *own)
+
+    def messages(self) -> Iterator[RecordedMessage]:
+        """Yield all messages in the order of the file; raises `InputError`."""
+        for block in self.blocks(frozenset(self.directory.channels)):
+            if not block.messages:
+                continue
+            begin = np.concatenate([part.start for part in block.messages.values()])
+            size = np.concatenate([part.size for part in block.messages.values()])
+            order = np.argsort(begin, kind="stable")
+            content = block.data.tobytes()
+            for start, length in zip(begin[order].tolist(), size[order].tolist(), strict=True):
+                head = mcap.MESSAGE_HEAD.unpack_from(content, start - mcap.MESSAGE_HEAD.size)
+                number, sequence, log_time, publish_time = head
+                data = content[start : start + length]
+                yield RecordedMessage(number, log_time, publish_time, sequence, data)

@@ -1,4 +1,4 @@
-"""The records of an MCAP file, parsed one by one from bytes that nobody vouches for.
+"""The records of an MCAP file, from bytes that nobody vouches for, and what they say it holds.
 
 A record is an opcode (1 byte), a length (8 bytes, little endian) and that many bytes of content,
 which the library of MCAP parses (https://mcap.dev/spec, version 0). Every length is checked against
@@ -6,8 +6,8 @@ what is there before it is used.
 """
 
 import struct
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
 
@@ -35,6 +35,9 @@ MAX_CHUNK_BYTES = 256 * 1024 * 1024
 #: All chunks may unpack to `MAX_UNPACKED_BYTES` and `MAX_RATIO` times the size of the file.
 MAX_RATIO = 200
 MAX_UNPACKED_BYTES = 64 * 1024 * 1024
+#: A message takes more than this share of a byte, however well it is compressed.
+_MOST_MESSAGES_A_BYTE = 50
+_MOST_CHANNELS = 20_000
 
 
 class BrokenRecordError(ValueError):
@@ -93,6 +96,22 @@ def parse(opcode: int, content: memoryview) -> Any:  # noqa: ANN401  the record 
     return _PARSERS[opcode](_Whole(content))
 
 
+def records_in(data: bytes | memoryview) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, begin and end of each record's content; raises `BrokenRecordError` at the end.
+
+    Only where that is in the middle of a record.
+    """
+    at, size = 0, len(data)
+    while at < size:
+        if at + RECORD_HEAD.size > size:
+            raise BrokenRecordError("the records end in the middle of one")
+        opcode, length = RECORD_HEAD.unpack_from(data, at)
+        begin, at = at + RECORD_HEAD.size, at + RECORD_HEAD.size + length
+        if at > size:
+            raise BrokenRecordError("the records end in the middle of one")
+        yield opcode, begin, at
+
+
 def start_of_summary(tail: bytes) -> int | None:
     """Return what the last bytes of a file say; 0 for no summary, None where it was not closed."""
     if len(tail) < FOOTER_BYTES or not tail.endswith(MAGIC) or tail[0] != FOOTER:
@@ -111,3 +130,63 @@ def parse_chunk_head(content: memoryview) -> ChunkHead:
     sizes = stream.read8(), stream.read4()
     compression, size = stream.read_prefixed_string(), stream.read8()
     return ChunkHead(*times, *sizes, compression, size, stream.count)
+
+
+@dataclass
+class Directory:
+    """What a file holds: schemas and channels by id, counts, metadata by name."""
+
+    profile: str = ""
+    library: str = ""
+    schemas: dict[int, SchemaRecord] = field(default_factory=dict)
+    channels: dict[int, ChannelRecord] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    metadata: dict[str, Mapping[str, str]] = field(default_factory=dict)
+    statistics: StatisticsRecord | None = None
+    in_chunks: set[int] = field(default_factory=set)
+    """Channels of which the summary says that a chunk holds messages."""
+    complete: bool = False
+    """The file has its footer: the writer closed it."""
+    indexed: bool = False
+    """The summary lists the channels."""
+
+    def note(self, opcode: int, content: memoryview) -> None:
+        """Take a record in that is neither a chunk nor a message; raises `BrokenRecordError`."""
+        record = parse(opcode, content)
+        if opcode == HEADER:
+            self.profile, self.library = record.profile, record.library
+        elif opcode == METADATA:
+            self.metadata[record.name] = record.metadata
+        elif opcode == SCHEMA:
+            self.schemas.setdefault(record.id, record)
+        elif opcode == CHANNEL:
+            if len(self.channels) < _MOST_CHANNELS:
+                self.channels.setdefault(record.id, record)
+        elif opcode == STATISTICS:
+            self.statistics = record
+        else:
+            self.in_chunks |= set(record.message_index_offsets)
+
+    def take_summary(self, summary: memoryview, file_size: int) -> bool:
+        """Take schemas, channels and counts from a summary; say whether it can be relied on."""
+        try:
+            for opcode, begin, end in records_in(summary):
+                if opcode in OF_SUMMARY:
+                    self.note(opcode, summary[begin:end])
+        except BrokenRecordError:
+            return False
+        if self.statistics is None or not self.channels:
+            return False
+        counts = self.statistics.channel_message_counts
+        # a topic without a count has no messages, or a writer that forgot it
+        silent = {number for number in self.channels if not counts.get(number)}
+        forgotten = silent & self.in_chunks if self.in_chunks else silent
+        self.indexed = (
+            not forgotten
+            and set(counts) <= set(self.channels)
+            and sum(counts.values()) == self.statistics.message_count
+            # arrays are made by these counts: they must be possible in a file of this size
+            and self.statistics.message_count <= file_size * _MOST_MESSAGES_A_BYTE
+        )
+        self.counts = dict(counts) if self.indexed else {}
+        return self.indexed

@@ -148,7 +148,7 @@ class RecordedMessage(NamedTuple):
 
 
 class RecordedLog(Protocol):
-    """What the writer of an overlay takes; `pipeline.ingest.recorded_log` reads one from a file."""
+    """What the writer of an overlay takes; `pipeline.ingest.mcap_file` reads one from a file."""
 
     @property
     def metadata(self) -> Mapping[str, Mapping[str, str]]:

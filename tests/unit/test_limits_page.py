@@ -8,7 +8,7 @@ import pytest
 from pipeline.ingest import (
     cells,
     log_times,
-    mcap_directory,
+    mcap_records,
     mcap_file,
     mcap_records,
     message_definitions,
@@ -41,7 +41,7 @@ STATED = {
         mcap_records.MAX_UNPACKED_BYTES / _MIB,
     ),
     "summary, message index of a chunk": ("64 MB each", mcap_file._MAX_SUMMARY_BYTES / _MIB),
-    "topics": ("20 000", mcap_directory._MOST_CHANNELS),
+    "topics": ("20 000", mcap_records._MOST_CHANNELS),
     "a definition, a metadata record": ("1 MB each", mcap_records.MAX_RECORD_BYTES / _MB),
     "elements of an array in a definition": ("10 000 000", message_definitions._MAX_LENGTH),
     "characters of a ROS definition": ("200 000", message_definitions._MOST_CHARACTERS),

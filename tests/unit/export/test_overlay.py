@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.export.overlay import write_overlay
-from pipeline.ingest.recorded_log import RecordedFile
+from pipeline.ingest.mcap_file import RecordedFile
 from pipeline.records.run_arrays import RecordedMessage, RecordedTopic
 from pipeline.simulate.sensors import Channel
 

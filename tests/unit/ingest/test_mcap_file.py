@@ -16,7 +16,7 @@ from pool_logs import array_topic, json_topic, log_bytes, ros_topic, ticks, writ
 from pipeline.errors import InputError
 from pipeline.ingest.mcap_chunk import block_by_index, walk
 from pipeline.ingest.mcap_file import McapFile
-from pipeline.ingest.mcap_records import CHUNK, MAGIC, RECORD_HEAD
+from pipeline.ingest.mcap_records import CHUNK, MAGIC, RECORD_HEAD, Directory
 
 Messages = dict[str, list[tuple[int, bytes]]]
 TOPICS = [
@@ -93,7 +93,7 @@ def test_chunks_that_hold_nothing_wanted_are_not_unpacked(
     monkeypatch.setattr(
         "pipeline.ingest.mcap_file.unpack", lambda head, *_, **__: unpacked.append(head)
     )
-    monkeypatch.setattr(McapFile, "_found_in", lambda *_: walk(b""))
+    monkeypatch.setattr(McapFile, "_found_in", lambda *_: walk(b"", Directory()))
     messages_of(log, {"/late"})
     assert unpacked
     assert min(head.end_time_ns for head in unpacked) > int(early.times_ns[-1])
@@ -242,8 +242,10 @@ AT = [0, len(message(1, 10, b"abc")), len(message(1, 10, b"abc") + message(2, 20
 
 
 def test_by_index_and_by_walking_are_the_same() -> None:
-    block = block_by_index(CHUNK_OF_THREE, {1: np.array([AT[2], AT[0]]), 2: np.array([AT[1]])})
-    other = walk(CHUNK_OF_THREE)
+    block = block_by_index(
+        CHUNK_OF_THREE, {1: np.array([AT[2], AT[0]]), 2: np.array([AT[1]])}, Directory()
+    )
+    other = walk(CHUNK_OF_THREE, Directory())
     assert block is not None
     for number in (1, 2):
         for name in ("log_time_ns", "start", "size"):
@@ -265,12 +267,12 @@ def test_by_index_and_by_walking_are_the_same() -> None:
 )
 def test_an_index_that_does_not_agree_is_not_believed(index: dict[int, list[int]]) -> None:
     offsets = {number: np.array(at) for number, at in index.items()}
-    assert block_by_index(CHUNK_OF_THREE, offsets) is None
+    assert block_by_index(CHUNK_OF_THREE, offsets, Directory()) is None
 
 
 @given(st.binary(max_size=200))
 def test_walking_anything_ends(data: bytes) -> None:
-    block = walk(data)
+    block = walk(data, Directory())
     for part in block.messages.values():
         assert (part.start + part.size <= len(data)).all()
 
