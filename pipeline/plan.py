@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.log_names import LOG_SUFFIXES, is_log_anywhere
+from pipeline.ingest.log_files import LOG_SUFFIXES, is_log_anywhere
 from pipeline.stage_table import STAGES, stages_of
 
 VEHICLE_FILE = "vehicle.yaml"

@@ -11,8 +11,7 @@ import numpy as np
 from pipeline.bundled.vehicles import bundled_vehicles
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError, InputError
-from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import LOG_SUFFIXES, day_of, logs_of
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.inputs.runs_to_identify import read_runs
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_inverse, load_simulated

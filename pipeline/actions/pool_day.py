@@ -11,8 +11,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.export.mcap_log import write_run_log
 from pipeline.identify.pool_plan import MARGIN, WANTED, ChosenRuns, PlanCandidate, plan_pool_day
-from pipeline.ingest.log_names import logs_of
-from pipeline.ingest.mcap_start import log_start_ns
+from pipeline.ingest.log_files import log_start_ns, logs_of
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import POOL, report_file
 from pipeline.provenance import write_atomically, write_record

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pipeline
 from pipeline.errors import InputError, Place
-from pipeline.ingest.log_names import logs_of
+from pipeline.ingest.log_files import logs_of
 from pipeline.inputs.runs_to_identify import read_run
 from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.plan import VEHICLE_FILE

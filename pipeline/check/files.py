@@ -19,7 +19,7 @@ from pipeline.check.pool_runs import (
 )
 from pipeline.errors import InputError, Place
 from pipeline.ignored_files import ignored_file_problems
-from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.log_files import is_log_name, not_a_log, unprintable_log
 from pipeline.plan import (
     POOL,
     RAW_KINDS,

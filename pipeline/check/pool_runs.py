@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.check.findings import GainsFinding, NotesFinding, RunFinding
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
-from pipeline.ingest.log_names import (
+from pipeline.ingest.log_files import (
     bags_in,
     is_log_anywhere,
     is_log_name,

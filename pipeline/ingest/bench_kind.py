@@ -10,11 +10,10 @@ from pipeline.ingest.bench_file import BenchFile, SheetReader, read_bench_file, 
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.header_rows import Wanted
-from pipeline.ingest.log_names import is_log_anywhere
-from pipeline.ingest.repeats import Copies
+from pipeline.ingest.log_files import is_log_anywhere
 from pipeline.ingest.row_directions import directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
-from pipeline.ingest.tables_agree import CONTRADICTS, Curves, disagreement
+from pipeline.ingest.tables_agree import CONTRADICTS, Copies, Curves, disagreement
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import LoadTestPoint, MooringPoint, OpenWaterPoint, SheetRead
 from pipeline.vehicle.bench_schema import Column, Columns, LoadTestColumns, MooringColumns

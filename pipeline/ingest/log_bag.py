@@ -21,9 +21,14 @@ import numpy as np
 from pipeline.errors import InputError, Place, Problem, reason
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import ChunkBlock, Messages
-from pipeline.ingest.mcap_records import Directory
 from pipeline.ingest.mcap_file import McapFile
-from pipeline.ingest.mcap_records import MAX_RATIO, MAX_UNPACKED_BYTES, ChannelRecord, SchemaRecord
+from pipeline.ingest.mcap_records import (
+    MAX_RATIO,
+    MAX_UNPACKED_BYTES,
+    ChannelRecord,
+    Directory,
+    SchemaRecord,
+)
 
 #: Messages are put together to blocks of about this size.
 _BLOCK_BYTES = 4 * 1024 * 1024

@@ -232,11 +232,11 @@ def open_log(path: Path, shown_as: str) -> LogSource:
 
             return (Ros1Bag if ending == ".bag" else Ros2Database)(path, shown_as)
         case ".bin" | ".tlog" as ending:
-            from pipeline.ingest.log_ardupilot import read_bin, read_tlog
+            from pipeline.ingest.log_boards import read_bin, read_tlog
 
             return (read_bin if ending == ".bin" else read_tlog)(path, shown_as)
         case ".ulg":
-            from pipeline.ingest.log_px4 import read_ulg
+            from pipeline.ingest.log_boards import read_ulg
 
             return read_ulg(path, shown_as)
         case ".csv" | ".tsv" | ".parquet":

@@ -17,7 +17,7 @@ from pipeline.ingest.archive import (
     unpack,
 )
 from pipeline.ingest.cells import Cell, Limits, Row, Sheet, column_letter
-from pipeline.ingest.log_names import is_log_anywhere, log_among_bench_files
+from pipeline.ingest.log_files import is_log_anywhere, log_among_bench_files
 from pipeline.ingest.reading_process import opening
 from pipeline.ingest.text_table import read_text_table
 

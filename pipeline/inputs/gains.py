@@ -5,8 +5,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.identify.thruster_gains import gains_of
-from pipeline.ingest.log_names import logs_of
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import day_of, logs_of
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.plan import POOL
 from pipeline.records.gains import ThrusterGains

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
+from pipeline.ingest.log_files import LOG_SUFFIXES, logs_of
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, with_known
 from pipeline.plan import UsageError

@@ -1,7 +1,6 @@
 """One pool-run log -> its record, and its channels on one time base as a file of arrays."""
 
-from pipeline.ingest.log_names import is_log_name
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import day_of, is_log_name
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.provenance import file_digest
 from pipeline.records.trial import StoredRun

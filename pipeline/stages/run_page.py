@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pipeline.ingest.log_names import is_log_name
+from pipeline.ingest.log_files import is_log_name
 from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable

@@ -12,7 +12,7 @@ from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.identify.trial_errors import trial_warnings
-from pipeline.ingest.log_names import is_log_name
+from pipeline.ingest.log_files import is_log_name
 from pipeline.ingest.mcap_file import RecordedFile
 from pipeline.inputs.no_solution import with_reason
 from pipeline.provenance import file_digest

@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.errors import InputError
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, module_of, stages_of

@@ -8,8 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import bags_in, is_log_name, not_a_log, parts_of, unprintable_log
-from pipeline.ingest.mcap_start import dates_in
+from pipeline.ingest.log_files import (
+    bags_in,
+    dates_in,
+    is_log_name,
+    not_a_log,
+    parts_of,
+    unprintable_log,
+)
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 from pipeline.stage_table import STAGES
 from pipeline.vehicle.run_notes import BAG_FILE, run_of

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import bags_in, is_log_name, log_beside, parts_of
-from pipeline.ingest.mcap_start import is_closed
+from pipeline.ingest.log_files import bags_in, is_closed, is_log_name, log_beside, parts_of
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.vehicle.run_notes import BAG_FILE
 from pipeline.workflow.outcome import Outcome, Result, failure_line, page_lines

@@ -23,7 +23,7 @@ from pipeline.design.propeller_input import PropellerInput
 from pipeline.design.tether_input import TetherInput
 from pipeline.errors import Rig2SeaError
 from pipeline.ingest.load_test import read_load_tests
-from pipeline.ingest.mcap_start import day_of, is_closed
+from pipeline.ingest.log_files import day_of, is_closed
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.ingest.pool_run import read_pool_run, summarize

@@ -8,7 +8,6 @@ import pytest
 from pipeline.ingest import (
     cells,
     log_times,
-    mcap_records,
     mcap_file,
     mcap_records,
     message_definitions,

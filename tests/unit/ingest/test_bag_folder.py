@@ -9,8 +9,7 @@ from pool_logs import rov
 from recorded_runs import Run, run, write_db3, write_mcap
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import logs_of
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import day_of, logs_of
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.plan import VehicleFolder
 from pipeline.records.run_arrays import PoolRun

@@ -7,8 +7,7 @@ from bench_workbooks import Rows, sweep, vehicle, write_workbook
 from openpyxl import Workbook
 
 from pipeline.errors import Problem
-from pipeline.ingest.load_test import read_load_tests
-from pipeline.ingest.load_test_sweeps import branches_of
+from pipeline.ingest.load_test import branches_of, read_load_tests
 from pipeline.ingest.load_test_words import branch_in_text, code_in_text, is_warm_up
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 

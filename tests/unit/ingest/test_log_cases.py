@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pool_logs import messages_one_by_one
 
-from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.log_files import day_of
 from pipeline.ingest.pool_run import read_pool_run, summarize
 from pipeline.ingest.same_run import repeated_runs
 from pipeline.records.run_arrays import PoolRun

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.ingest.log_names import log_beside, logs_of
+from pipeline.ingest.log_files import log_beside, logs_of
 from pipeline.inputs.runs_to_identify import find_logs
 from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.plan import UsageError

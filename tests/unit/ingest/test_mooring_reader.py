@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from openpyxl import Workbook
 
 from pipeline.errors import Problem
-from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.mooring_points import hysteresis, sweeps, tare
+from pipeline.ingest.mooring import hysteresis, read_mooring_tables, sweeps, tare
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.bench_schema import voltage_groups

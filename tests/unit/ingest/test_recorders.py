@@ -22,9 +22,8 @@ from recorded_runs import (
 )
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import LOG_SUFFIXES, TABLE_SUFFIXES
+from pipeline.ingest.log_files import LOG_SUFFIXES, TABLE_SUFFIXES, day_of
 from pipeline.ingest.log_source import open_log
-from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
 

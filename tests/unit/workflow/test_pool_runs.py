@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from season_cases import FIRST_NS, write_log
 
-from pipeline.ingest.mcap_start import day_of, is_closed, log_start_ns
+from pipeline.ingest.log_files import day_of, is_closed, log_start_ns
 from pipeline.plan import VehicleFolder
 from pipeline.workflow.pool_runs import (
     PoolLog,
