@@ -90,8 +90,10 @@ class Found:
 
 
 def parts_of(found: Found, name: str) -> list[tuple[str, Found]]:
-    """Part a channel whose messages speak of some thrusters each: a channel for each thruster."""
+    """Part a channel whose messages, or topic, speak of some thrusters: a channel for each."""
     said_of = found.converted.said_of
+    if said_of is None and found.plan.is_part:
+        said_of = np.ones(found.converted.values.shape, np.bool_)
     if said_of is None:
         return [(name, found)]
     parts = []

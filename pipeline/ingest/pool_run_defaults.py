@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import Path as FieldPath
@@ -118,7 +118,10 @@ def choose_by_default(
         found.append((order, topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)
-        if plans := _plans(found, thrusters, notes):
+        plans = _plans(found, thrusters, notes)
+        if parts := _parts_of_all(plans, found, thrusters, notes):
+            each += parts
+        elif plans:
             groups.append(plans)
         elif quantity in PER_THRUSTER:
             each += _one_topic_each(found, thrusters, notes)
@@ -244,6 +247,30 @@ def _plans(
             if rule.quantity not in PER_THRUSTER:
                 notes.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
     return tuple(plans.values())
+
+
+def _parts_of_all(
+    plans: Sequence[Plan],
+    found: Sequence[_Candidate],
+    thrusters: Sequence[str],
+    notes: list[str],
+) -> list[Plan]:
+    """Return plans whose messages name thrusters of which each topic has other ones."""
+    # of the first kind alone: those of other vehicles, or of too few messages, come later
+    probes = {one.name: one.probe for order, one, _ in found if order[:3] == found[0][0][:3]}
+    parts: dict[str, Plan] = {}
+    own: list[Plan] = []
+    for plan in plans:
+        texts = value_at(probes.get(plan.topic), plan.names or ()) if plan.names else None
+        named = {*thrusters_named(texts or (), thrusters).values()}
+        if named and named.isdisjoint(parts):
+            parts |= dict.fromkeys(named, plan)
+            own.append(replace(plan, is_part=True))
+    if len(own) < 2:
+        return []
+    pairs = ", ".join(f"{one} {parts[one].topic}" for one in thrusters if one in parts)
+    notes.append(f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}.")
+    return own
 
 
 def _one_topic_each(

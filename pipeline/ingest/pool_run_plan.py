@@ -202,6 +202,8 @@ class Plan:
     """What in a message says whether its numbers are valid."""
     doubts: tuple[str, ...] = ()
     """What was assumed and may be wrong without a sign of it."""
+    is_part: bool = False
+    """Whether other topics have the other thrusters: then each thruster stands for itself."""
 
     @property
     def quantity(self) -> Quantity:
