@@ -32,6 +32,9 @@ _SMALLEST_TORQUE_SHARE = 0.02
 #: at least where a correlation with J tells that it grows.
 _NEAR_REST, _LEAST_K_T, _FALLS, _RISES, _LEAST_POINTS = 0.4, 0.02, 0.3, 0.8, 4
 _DOUBTFUL_K_T = 0.06
+#: Of 450 small propellers in air one in a hundred has less at its best, and none has more; which
+#: shows where K_T has fallen to this share.
+_BEST_EFFICIENCIES, _PAST_BEST = (0.27, 0.87), 0.4
 #: K_T must fall to this share for its zero to be known.
 _FALLS_TO = 0.6
 #: Thrust ends at so much of the pitch ratio.
@@ -256,6 +259,10 @@ def doubt(points: Coefficients) -> str:
     if 0.0 < share < _SMALLEST_TORQUE_SHARE:
         return f"{text}: is the column K_Q, not 10K_Q?"
     best = both.efficiency[(torque > 0.0) & (thrust > 0.05 * largest)].max(initial=0.0)
-    if best > 1.0:
-        return f"the efficiency J K_T / (2 pi K_Q) reaches {best:.2f}, at most 1 is possible"
+    is_past_best = largest > 0.0 and float(thrust.min()) < _PAST_BEST * largest
+    if best > _BEST_EFFICIENCIES[1] or (is_past_best and 0.0 < best < _BEST_EFFICIENCIES[0]):
+        return (
+            f"the efficiency J K_T / (2 pi K_Q) is {best:.2f} at best, a screw has 0.4 to 0.8: the "
+            "speed, or the torque, is in another unit"
+        )
     return ""
