@@ -1,7 +1,7 @@
 """One way to read the tests of a bench, whatever their kind: files, tables, readings, points."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -24,15 +24,10 @@ Point = TypeVar("Point", LoadTestPoint, MooringPoint, OpenWaterPoint)
 
 @dataclass(frozen=True)
 class Kind(Generic[Point]):
-    """A kind of test: what its columns are, and how its tables become points.
+    """A kind of test: what its columns are, in words, too, and how its tables become points."""
 
-    `name` is its section of vehicle.yaml, `looked_for` the columns that it needs, in words.
-    """
-
-    name: str
+    wanted: Wanted
     looked_for: str
-    required: tuple[tuple[str, ...], ...]
-    """Of each group at least one quantity must be there."""
     points: Callable[[BenchFile], list[tuple[Point, ...]]]
     """Points of each table."""
     summary: Callable[[Table, Sequence[Point]], str]
@@ -47,8 +42,6 @@ class Kind(Generic[Point]):
     """What tables of a folder must agree in, and that of a table by its points to be fitted."""
     row_words: Callable[[Block, Vehicle], RowWords] = lambda *_: RowWords()
     sheets: SheetReader = lambda path, shown_as, _: read_sheets(path, shown_as)
-    shared: frozenset[str] = frozenset()
-    split_words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -92,7 +85,7 @@ def read_files(
         by_table += of_tables
         told: list[Problem] = file.problems
         if not file.is_blank:
-            told = with_cause(told, file.place, [point.marks for point in own], kind.name)
+            told = with_cause(told, file.place, [point.marks for point in own], kind.wanted.kind)
         problems += [*told, *kind.remarks(file.place, own)]
     compared, curves = kind.compared
     live = [[point for point in own if not point.marks] for own in by_table]
@@ -113,17 +106,10 @@ def _contradicting(point: Point) -> Point:
 
 
 def _wanted(kind: Kind[Point], vehicle: Vehicle) -> Wanted:
-    columns = getattr(vehicle.columns, kind.name)
+    columns = getattr(vehicle.columns, kind.wanted.kind)
     stated = {name: getattr(columns, name) for name in type(columns).model_fields}
-    return Wanted(
-        kind.name,
-        kind.required,
-        mapping={name: one for name, one in stated.items() if isinstance(one, Column)},
-        only=columns.only,
-        shared=kind.shared,
-        split_words=kind.split_words,
-        sheets=columns.sheets,
-    )
+    mapping = {name: one for name, one in stated.items() if isinstance(one, Column)}
+    return replace(kind.wanted, mapping=mapping, only=columns.only, sheets=columns.sheets)
 
 
 def _sheet_read(table: Table, summary: str) -> SheetRead:

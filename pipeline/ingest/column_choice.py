@@ -70,7 +70,10 @@ class ColumnChoice:
         self._with_codes_called_pulses()
         self._without_impossible()
         self._with_electrical_speed()
-        if not self._has_tables_beside():
+        stems = [(one.quantity, _stem(one)) for one in self.matches]
+        counts = [Counter(stem for name, stem in stems if name in g) for g in wanted.required]
+        # whole tables stand side by side where everything that a table needs is twice
+        if not all(one and max(one.values()) > 1 for one in counts):
             for quantity in _SINGLE:
                 needed = any(quantity in group for group in self._wanted.required)
                 if needed or quantity in _ROLES:
@@ -181,12 +184,6 @@ class ColumnChoice:
                         f'{{header: "{header}", unit: rpm, pole_pairs: ...}}',
                     )
                 )
-
-    def _has_tables_beside(self) -> bool:
-        """Tell whether whole tables stand side by side: everything that a table needs is twice."""
-        stems = [(one.quantity, _stem(one)) for one in self.matches]
-        counts = [Counter(stem for name, stem in stems if name in g) for g in self._wanted.required]
-        return all(one and max(one.values()) > 1 for one in counts)
 
     def _choose(self, quantity: str) -> None:
         """Explain every second column of a quantity by the first, or refuse the table."""

@@ -72,7 +72,13 @@ def read_columns(
             header=" ".join(match.text.split()),
             sign=1 if stated is None else stated.sign,
             plus=() if stated is None else _indices(sheet, rows.names, stated.plus),
-            group=_group_text(sheet, rows, match.index),
+            group=" ".join(
+                dict.fromkeys(
+                    cell
+                    for at in range(max(rows.free_from, rows.names - 3), rows.names)
+                    if isinstance(cell := sheet.cell(at, match.index), str)
+                )
+            ),
         )
         try:
             _check_factor(column, words, stated)
@@ -152,12 +158,6 @@ def _check_factor(column: BlockColumn, words: Words, stated: Column | None) -> N
             "numbers in the unit that the name states.",
             "Write the numbers without a factor",
         )
-
-
-def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
-    above = range(max(rows.free_from, rows.names - 3), rows.names)
-    cells = (sheet.cell(at, index) for at in above)
-    return " ".join(dict.fromkeys(cell for cell in cells if isinstance(cell, str)))
 
 
 def _with_unit(

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pipeline.ingest.cells import Cell, Row, Sheet, column_letter, is_number, is_text
+from pipeline.ingest.cells import Cell, Sheet, column_letter, is_number, is_text
 from pipeline.ingest.unit_text import normalise_unit, parts_of_whole
 from pipeline.ingest.vocabulary import (
     FIRST_RANK,
@@ -68,11 +68,6 @@ class Wanted:
         """Tell whether every required group is there."""
         return all(any(name in quantities for name in group) for group in self.required)
 
-    def names_complete(self, quantities: set[str]) -> bool:
-        """Tell whether every group is named, be it by an electrical speed for that of the shaft."""
-        spare = {"shaft_speed"} if ELECTRICAL in quantities else set()
-        return self.is_complete(quantities | spare)
-
 
 @dataclass(frozen=True)
 class Match:
@@ -90,11 +85,16 @@ def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
     chosen: list[tuple[int, list[Match]]] = []
     best, looked_at = 0, 0
     for row, cells in sheet.numbered():
-        own = [] if _is_data(cells) else _matches_in_row(sheet, wanted, row)
+        texts = sum(isinstance(cell, str) and not is_number(cell) for cell in cells)
+        numbers = sum(cell is not None for cell in cells) - texts
+        is_data = texts == 0 or numbers >= max(2, texts)
+        own = [] if is_data else _matches_in_row(sheet, wanted, row)
         if not own:
             continue
         matches = own + _stacked_matches(sheet, wanted, row, own)
-        if not wanted.names_complete({match.quantity for match in matches}):
+        named = {match.quantity for match in matches}
+        # an electrical speed is named for that of the shaft
+        if not wanted.is_complete(named | {"shaft_speed"} if ELECTRICAL in named else named):
             continue
         weight = 100 * len({match.quantity for match in own}) + len(own)
         near = chosen and not _numbers_between(sheet, wanted, chosen[-1][1], (looked_at, row))
@@ -103,13 +103,6 @@ def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
             chosen = [*(chosen[:-1] if near else chosen), (row, matches)]
             best = weight
     return chosen
-
-
-def _is_data(cells: Row) -> bool:
-    """Tell whether a row holds at least as many numbers as texts, and so no names."""
-    texts = sum(isinstance(cell, str) and not is_number(cell) for cell in cells)
-    numbers = sum(cell is not None for cell in cells) - texts
-    return texts == 0 or numbers >= max(2, texts)
 
 
 def _matches_in_row(sheet: Sheet, wanted: Wanted, row: int) -> list[Match]:

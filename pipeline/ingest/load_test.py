@@ -15,6 +15,7 @@ from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Reading, Step, Table, numbers
 from pipeline.ingest.command_signs import check_signs, with_signs_of_codes
 from pipeline.ingest.commands import codes_in_range, command_in_codes, few_codes, pwm_problems
+from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.load_test_checks import (
     check_constant,
     check_magnitudes,
@@ -250,9 +251,8 @@ def _curves_of(points: Sequence[LoadTestPoint]) -> dict[Hashable, dict[float, fl
 
 
 _KIND = Kind(
-    name="load_test",
-    looked_for="table of torque against shaft speed",
-    required=REQUIRED,
+    Wanted("load_test", REQUIRED, shared=frozenset({"code"}), split_words=BRANCH_WORDS),
+    "table of torque against shaft speed",
     steps=_take_steps,
     points=_points,
     summary=_summary,
@@ -260,6 +260,4 @@ _KIND = Kind(
     over_all=_over_all,
     compared=("shaft speed", _curves_of),
     row_words=row_words,
-    shared=frozenset({"code"}),
-    split_words=BRANCH_WORDS,
 )

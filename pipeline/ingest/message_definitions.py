@@ -140,7 +140,7 @@ def parse_definition(name: str, text: str, language: str) -> Definition:
     >>> parse_definition("a/msg/B", "float64[3] x  # metres\nint8 LOW=1\n", "ros2msg").fields
     (Field(name='x', type='float64', length=3),)
     """
-    root = _full(name.replace("::", "/"))
+    root = re.sub("^([^/]*)/([^/]*)$", r"\1/msg/\2", name.replace("::", "/"))
     wire: Literal["cdr", "ros1"] = "ros1" if language == "ros1msg" else "cdr"
     if not text.strip():
         try:
@@ -237,9 +237,3 @@ def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tupl
     if node == Nodetype.BASE and base not in PRIMITIVES and base != STRING:
         raise DefinitionError(f'"{name}": {base} is not supported')
     return Field(name, base, length)
-
-
-def _full(name: str) -> str:
-    """``package/Name`` as ``package/msg/Name``."""
-    parts = name.split("/")
-    return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 else name

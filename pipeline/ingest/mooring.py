@@ -20,6 +20,7 @@ from pipeline.ingest.commands import (
     pwm_note,
     pwm_problems,
 )
+from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.log_files import is_log_anywhere
 from pipeline.ingest.rig_factors import factor_unclear
 from pipeline.ingest.row_directions import with_signed_codes
@@ -341,19 +342,21 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
 
 
 _KIND = Kind(
-    name="mooring",
-    looked_for="table of thrust against code or pulse width (PWM)",
-    required=(("code", "pwm"), ("thrust",)),
+    Wanted(
+        "mooring",
+        (("code", "pwm"), ("thrust",)),
+        shared=frozenset({"code", "pwm"}),
+        split_words=tuple(
+            word
+            for name in ("up", "down", "reverse", "forward")
+            for word in words_of("directions", name)
+        ),
+    ),
+    "table of thrust against code or pulse width (PWM)",
     steps=_take_steps,
     sheets=_sheets,
     points=_points,
     summary=_summary,
     over_all=_over_all,
     compared=("thrust", curves_of),
-    shared=frozenset({"code", "pwm"}),
-    split_words=tuple(
-        word
-        for name in ("up", "down", "reverse", "forward")
-        for word in words_of("directions", name)
-    ),
 )

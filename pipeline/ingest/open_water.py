@@ -12,6 +12,7 @@ from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Table, numbers
 from pipeline.ingest.cells import shorten
+from pipeline.ingest.header_rows import Wanted
 from pipeline.ingest.open_water_coefficients import (
     TORQUE_FACTORS,
     Coefficients,
@@ -306,17 +307,11 @@ def _curves_of(points: Sequence[OpenWaterPoint]) -> dict[Hashable, dict[float, f
 
 
 _KIND = Kind(
-    name="open_water",
-    looked_for=(
-        "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
+    Wanted(
+        "open_water",
+        (("advance_ratio", "speed"), ("thrust_coefficient", *TORQUE_FACTORS, "thrust", "torque")),
     ),
-    required=(
-        ("advance_ratio", "speed"),
-        (
-            *("thrust_coefficient", "torque_coefficient", "torque_coefficient_x10"),
-            *("power_coefficient", "thrust", "torque"),
-        ),
-    ),
+    "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed",
     points=_points,
     summary=_summary,
     compared=("K_T", _curves_of),

@@ -14,7 +14,7 @@ from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
 from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
 from pipeline.ingest.pool_run_clocks import Timing
-from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert
+from pipeline.ingest.pool_run_convert import WaterOfRun, convert
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
 from pipeline.ingest.pool_run_messages import (
@@ -27,14 +27,12 @@ from pipeline.ingest.pool_run_messages import (
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_topics import (
-    Stated,
     channel_name,
     key_of,
     nothing_mapped,
     plans_of,
     requests_of,
 )
-from pipeline.ingest.quantities import same_quantities
 from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, RunNotes
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
@@ -59,7 +57,7 @@ def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path) -> PoolRun:
     topics = log.topics()
     _check_messages(topics, log.facts())
     facts = log.facts()
-    plans = plans_of(vehicle, topics, facts, problems, _stated(vehicle, notes))
+    plans = plans_of(vehicle, topics, facts, problems, () if notes is None else notes.channels)
     if not plans.every:
         raise nothing_mapped(place, topics, problems)
     requests, where = requests_of(plans.every)
@@ -124,25 +122,6 @@ def _check_messages(topics: Sequence[TopicFound], facts: LogFacts) -> None:
     raise InputError(facts.place.error(what, expected, remedy))
 
 
-def _stated(vehicle: Vehicle, notes: RunNotes | None) -> list[Stated]:
-    """Return the channels of the notes, and those of the vehicle file that they do not replace."""
-    own = () if notes is None else notes.channels
-    replaced = {same for one in own for same in same_quantities(one.quantity)}
-    found = [
-        Stated(
-            one,
-            "notes of the run",
-            f"channels: entry {number} of the notes ({one.quantity}, {one.topic})",
-        )
-        for number, one in enumerate(own, start=1)
-    ]
-    return found + [
-        Stated(one, "vehicle file", f"pool: channels: entry {number} ({one.quantity}, {one.topic})")
-        for number, one in enumerate(vehicle.pool.channels, start=1)
-        if one.quantity not in replaced
-    ]
-
-
 @dataclass(frozen=True)
 class _Reading:
     """What was taken from a log, to be made into channels."""
@@ -177,10 +156,9 @@ class _Reading:
             invalid = [
                 flag.invalid(one, numbers) for flag, one in zip(plan.flags, flags, strict=True)
             ]
-            names = None if taken.name_list is None else Names(taken.names, taken.name_list)
             with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
                 guessed = units.get(key_of(plan))
-                converted = convert(plan, numbers, self.vehicle, water, names, guessed=guessed)
+                converted = convert(plan, numbers, self.vehicle, water, taken, guessed=guessed)
             if converted.unclear:
                 self.refused.append(
                     self.place.error(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from pipeline.errors import reason
 from pipeline.ingest.mcap_gather import decode
 from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
@@ -30,6 +32,7 @@ _WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", 
 Tree = dict[str, Any]
 _LANGUAGES = {"cdr": ("ros2msg", "ros2idl", "omgidl"), "ros1": ("ros1msg",)}
 _NUMBER = re.compile(r"\s*[+-]?\d+\.\d*(?:[eE][+-]?\d+)?\s*")
+_JSON_TEXT = re.compile(rb'"(?:[^"\\]|\\.)*"')
 _ZSTD = b"\x28\xb5\x2f\xfd"
 #: A message that was compressed by itself unpacks to no more.
 _MAX_UNPACKED_BYTES = 4_000_000
@@ -219,22 +222,12 @@ def decode_json(data: memoryview | bytes) -> Tree:
         raise BrokenMessageError(f"it is not JSON ({reason(error, 80)})") from None
     if not isinstance(found, dict):
         raise BrokenMessageError(f"it is a JSON {type(found).__name__}, not an object")
-    # brackets in texts count here, too: whether it is deep the walk decides
-    if data.count(b"{") + data.count(b"[") > _MAX_DEPTH and _is_too_deep(found):
-        raise BrokenMessageError("it is nested deeper than 50 levels")
+    if data.count(b"{") + data.count(b"[") > _MAX_DEPTH:
+        signs = np.frombuffer(_JSON_TEXT.sub(b"", data), np.uint8)
+        opens, closes = (np.isin(signs, list(some)).astype(int) for some in (b"{[", b"}]"))
+        if np.cumsum(opens - closes).max() > _MAX_DEPTH:
+            raise BrokenMessageError("it is nested deeper than 50 levels")
     return found
-
-
-def _is_too_deep(tree: Tree) -> bool:
-    level: list[Any] = [tree]
-    for _ in range(_MAX_DEPTH):
-        level = [
-            part
-            for node in level
-            for part in (node.values() if isinstance(node, dict) else node)
-            if isinstance(part, dict | list)
-        ]
-    return bool(level)
 
 
 def value_at(tree: Any, path: Path) -> Any:  # noqa: ANN401  a message holds values of any type

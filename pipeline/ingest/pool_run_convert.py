@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.ingest.command_units import GuessedUnit, doubt_of_codes, guess_units
+from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_plan import Plan
 from pipeline.ingest.quantities import QUANTITIES
 from pipeline.ingest.thruster_names import thrusters_named
@@ -44,14 +45,6 @@ class WaterOfRun:
 
 
 @dataclass(frozen=True)
-class Names:
-    """Lists of names that were met, and which of them each message uses (k,); -1 for none."""
-
-    lists: list[tuple[str, ...]]
-    used: IntArray
-
-
-@dataclass(frozen=True)
 class Converted:
     """Readings of a quantity of the records, with what was assumed on the way."""
 
@@ -73,20 +66,20 @@ def convert(
     raw: FloatArray,
     vehicle: Vehicle,
     water: WaterOfRun,
-    names: Names | None = None,
+    taken: TopicData | None = None,
     *,
     guessed: GuessedUnit | None = None,
 ) -> Converted:
     """Convert numbers (k, m) of messages; `raw` is changed in place where that saves memory.
 
-    `names` are those of the elements where the messages have them; `guessed` is the unit of
-    commands that state none: where it is not given, these readings alone tell it.
+    What was `taken` has the names of the elements where the messages have them; `guessed` is the
+    unit of commands that state none: where it is not given, these readings alone tell it.
     """
     from scipy.spatial.transform import Rotation
 
     facts = QUANTITIES[plan.quantity]
     if facts.each:
-        return _by_thruster(plan, raw, vehicle, names, guessed)
+        return _by_thruster(plan, raw, vehicle, taken, guessed)
     notes: list[str] = []
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
     if plan.quantity == "attitude_euler" and plan.unit is None:
@@ -168,13 +161,17 @@ def _into_depth(plan: Plan, raw: FloatArray, water: WaterOfRun) -> list[str]:
 
 
 def _by_thruster(
-    plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | None, guessed: GuessedUnit | None
+    plan: Plan,
+    raw: FloatArray,
+    vehicle: Vehicle,
+    taken: TopicData | None,
+    guessed: GuessedUnit | None,
 ) -> Converted:
     notes: list[str] = []
     said_of: BoolArray | None = None
     thrusters = plan.thrusters
-    if plan.names is not None and names is not None:
-        raw, thrusters, said_of, said = _sorted_by_name(raw, vehicle, names)
+    if plan.names is not None and taken is not None and taken.name_list is not None:
+        raw, thrusters, said_of, said = _sorted_by_name(raw, vehicle, taken.names, taken.name_list)
         notes += said
     sign = np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
     if plan.quantity != "thruster_command":
@@ -213,12 +210,15 @@ def _by_thruster(
 
 
 def _sorted_by_name(
-    raw: FloatArray, vehicle: Vehicle, names: Names
+    raw: FloatArray, vehicle: Vehicle, names: list[tuple[str, ...]], used: IntArray
 ) -> tuple[FloatArray, tuple[str, ...], BoolArray | None, list[str]]:
-    """Bring the elements of each message into the order of the vehicle's thrusters."""
+    """Bring the elements of each message into the order of the vehicle's thrusters.
+
+    `used` (k,) says which list of names a message has, -1 for none.
+    """
     notes: list[str] = []
     stated = tuple(thruster.name for thruster in vehicle.thrusters)
-    every = list(dict.fromkeys(text for texts in names.lists for text in texts))
+    every = list(dict.fromkeys(text for texts in names for text in texts))
     called = thrusters_named(every, stated) if stated else {text: text for text in every}
     kept = tuple(name for name in stated or every if name in called.values())
     renamed = [f"{text} is {name}" for text, name in called.items() if text != name]
@@ -230,14 +230,14 @@ def _sorted_by_name(
     missing = [name for name in stated if name not in kept]
     if missing:
         notes.append(f"there is no element named {', '.join(missing[:8])}")
-    lists = [tuple(called.get(text, "") for text in texts) for texts in names.lists]
+    lists = [tuple(called.get(text, "") for text in texts) for texts in names]
     if lists == [kept]:
         return raw[:, : len(kept)], kept, None, notes
     values = np.full((raw.shape[0], len(kept)), np.nan)
     # of a message that is broken nobody knows whom it spoke of
-    said_of = np.repeat((names.used < 0)[:, None], len(kept), axis=1)
+    said_of = np.repeat((used < 0)[:, None], len(kept), axis=1)
     for number, texts in enumerate(lists):
-        rows = names.used == number
+        rows = used == number
         for column, name in enumerate(kept):
             if name in texts and texts.index(name) < raw.shape[1]:
                 values[rows, column] = raw[rows, texts.index(name)]

@@ -6,7 +6,7 @@ that fit, the rule of the highest rank decides, then the number of messages; one
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -167,7 +167,9 @@ def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tu
     }
     named = {one for one in twins if one.lower() == vehicle.lower()}
     homes = commanded if len(commanded) == 1 else named
-    if not twins or _are_of_sensors(twins, pairs):
+    # several sensors of one vehicle, /imu_1/data and /imu_2/data, are none
+    bare = {re.sub(r"[\d_]+$", "", one.lower()) for one in twins}
+    if not twins or (len(bare) == 1 and len(twins) > 1 and len(pairs) == 1):
         return set(), _mixed(fits)
     home = next(iter(homes)) if len(homes) == 1 else ""
     listed = " and ".join(f"/{one}" for one in sorted(twins))
@@ -179,12 +181,6 @@ def _other_vehicles(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> tu
         f"the log has topics of {listed}, and nothing says which is this vehicle: topics of "
         "several may be mixed. State those of the others under pool: ignore_topics."
     )
-
-
-def _are_of_sensors(names: set[str], pairs: Mapping[tuple[str, ...], set[str]]) -> bool:
-    """Tell several sensors of one vehicle, ``/imu_1/data`` and ``/imu_2/data``, from vehicles."""
-    bare = {re.sub(r"[\d_]+$", "", one.lower()) for one in names}
-    return len(bare) == 1 and len(names) > 1 and len(pairs) == 1
 
 
 def _mixed(fits: Sequence[tuple[TopicFound, Rule]]) -> str:
@@ -214,21 +210,15 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
     if rule.topic and not re.search(rule.topic, topic.name, re.IGNORECASE):
         return False
     over_earth = {"velocity": False, "velocity_earth": True}.get(rule.quantity)
-    if over_earth is not None and _is_over_earth(topic) != over_earth:
+    # a stamped twist is in the frame of its header, that of nav_msgs/Odometry in its child frame
+    has_child = value_at(topic.probe, ("child_frame_id",)) is not None
+    if over_earth is not None and (not has_child and is_earth(topic.frame)) != over_earth:
         return False
     if rule.but_not and re.search(rule.but_not, topic.name, re.IGNORECASE):
         return False
     numbers = rule.numbers(topic)
     count = COMPONENTS[rule.quantity]
     return bool(numbers) and (count is None or len(numbers) == count)
-
-
-def _is_over_earth(topic: TopicFound) -> bool:
-    """Tell whether a twist is in the axes of the earth.
-
-    A stamped one is in the frame of its header, that of nav_msgs/Odometry in its child frame.
-    """
-    return value_at(topic.probe, ("child_frame_id",)) is None and is_earth(topic.frame)
 
 
 def _plans(

@@ -168,15 +168,6 @@ def _with(probe: dict[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Stated:
-    """A channel that is stated: where (for the record), and how a message names it."""
-
-    channel: PoolChannel
-    mapped_by: str
-    said: str
-
-
-@dataclass(frozen=True)
 class Plans:
     """What is read of a log: what is settled, and groups of which one each is taken."""
 
@@ -194,25 +185,35 @@ def plans_of(
     topics: Sequence[TopicFound],
     facts: "LogFacts",
     problems: list[Problem],
-    stated: Sequence[Stated],
+    by_notes: Sequence[PoolChannel],
 ) -> Plans:
     """Make the plans that are stated, those usual for the recorder, those of the defaults.
 
-    At most one of a quantity is settled, or one for each of its thrusters.
+    Channels of the notes of the run replace those of the vehicle file. At most one of a quantity is
+    settled, or one for each of its thrusters.
     """
     place = facts.place
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}
+    replaced = {same for one in by_notes for same in same_quantities(one.quantity)}
+    stated = [(one, f"channels: entry {at} of the notes") for at, one in enumerate(by_notes, 1)]
+    stated += [
+        (one, f"pool: channels: entry {at}")
+        for at, one in enumerate(vehicle.pool.channels, 1)
+        if one.quantity not in replaced
+    ]
     settled: dict[str, Plan] = {}
-    for one in stated:
-        topic = by_name.get(_bare(one.channel.topic))
+    for number, (channel, entry) in enumerate(stated):
+        topic = by_name.get(_bare(channel.topic))
+        mapped_by = "notes of the run" if number < len(by_notes) else "vehicle file"
         try:
             if topic is None:
                 have = ", ".join(topic.name for topic in topics[:12])
                 raise NotThereError(f"there is no such topic. The log has {have}")  # noqa: TRY301  said below
-            plan = plan_channel(one.channel, topic, names, one.mapped_by)
+            plan = plan_channel(channel, topic, names, mapped_by)
         except NotThereError as error:
-            what = f"{one.said}: {error}; the channel was left out."
+            said = f"{entry} ({channel.quantity}, {channel.topic})"
+            what = f"{said}: {error}; the channel was left out."
             problems.append(place.warning(what, remedy="Correct it in vehicle.yaml."))
             continue
         name = channel_name(plan)
@@ -225,7 +226,7 @@ def plans_of(
     problems += _two_clocks(plans, place)
     if not vehicle.pool.defaults:
         return Plans(plans, ())
-    known = {one.channel.quantity for one in stated}
+    known: set[str] = {one.quantity for one, _ in stated}
     groups: dict[str, dict[tuple[str, str], Plan]] = {}
     each: dict[str, Plan] = {}
     for channel in facts.usual:

@@ -170,7 +170,8 @@ def _join_names(rows: list[Row], place: Place) -> tuple[Problem, ...]:
     A cell of a unit alone is the end of the name before it. Where that does not explain them all a
     name may stand over another column than its own, which is told.
     """
-    widths = [(at, len(cells)) for at, cells in enumerate(rows) if _is_of_numbers(cells)]
+    widths = [(at, len(cells)) for at, cells in enumerate(rows)
+              if len(cells) > 1 and 2 * sum(map(is_number, cells)) >= len(cells)]  # fmt: skip
     wide = max((width for _, width in widths), default=0)
     at = widths[0][0] - 1 if widths else -1
     while at > 0 and not any(cell and read_unit_cell(str(cell)) is None for cell in rows[at]):
@@ -195,10 +196,6 @@ def _join_names(rows: list[Row], place: Place) -> tuple[Problem, ...]:
     )
 
 
-def _is_of_numbers(cells: Row) -> bool:
-    return len(cells) > 1 and 2 * sum(map(is_number, cells)) >= len(cells)
-
-
 def _check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:
     """Warn of rows of a whole table that have more numbers than there are names above them.
 
@@ -206,7 +203,7 @@ def _check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[
     under two names. `by_comma` tells whether it parts the cells.
     """
     under_names = list(_rows_under_names(rows))
-    wide = [one for one in under_names if _last_number(one[1]) > one[2]]
+    wide = [(at, row, names) for at, row, names in under_names if any(map(is_number, row[names:]))]
     if not wide:
         return ()
     number, cells, names = wide[0]
@@ -242,7 +239,3 @@ def _rows_under_names(rows: Sequence[Row]) -> Iterator[tuple[int, Row, int]]:
             width = max(width, own) if are_units and width is not None else own
         elif numbers and width is not None and not is_commented(cells):
             yield number, cells, width
-
-
-def _last_number(cells: Row) -> int:
-    return max(index for index, cell in enumerate(cells) if is_number(cell)) + 1

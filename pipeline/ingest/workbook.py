@@ -71,55 +71,39 @@ def read_sheets(path: Path, shown_as: str, limits: Limits = _LIMITS) -> tuple[Sh
 
 
 def _load(path: Path, place: Place, limits: Limits) -> bytes:
+    data, what = b"", ""
+    expected, remedy = "a workbook or a table.", "Copy it from the bench again."
     try:
-        if not path.is_file():
-            raise InputError.at(
-                place,
-                "there is no such file." if not path.exists() else "this is not a file.",
-                remedy="Check the name.",
-            )
-        with path.open("rb") as stream:
-            data = stream.read(limits.max_bytes + 1)
+        if path.is_file():
+            with path.open("rb") as stream:
+                data = stream.read(limits.max_bytes + 1)
+            if not data.strip(b"\x00 \t\r\n\xef\xbb\xbf"):
+                what = "the file is empty."
+        else:
+            what = "this is not a file." if path.exists() else "there is no such file."
+            expected, remedy = "", "Check the name."
     except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError.at(
-            place,
-            f"the file cannot be read: {reason}.",
-            expected="a file that you may read.",
-            remedy="Change its permissions, or close the program that holds it.",
-        ) from error
-    if not data.strip(b"\x00 \t\r\n\xef\xbb\xbf"):
-        raise InputError.at(
-            place,
-            "the file is empty.",
-            expected="a workbook or a table.",
-            remedy="Copy it from the bench again.",
-        )
+        what = f"the file cannot be read: {error.strerror or type(error).__name__}."
+        expected = "a file that you may read."
+        remedy = "Change its permissions, or close the program that holds it."
     if len(data) > limits.max_bytes:
-        raise InputError.at(
-            place,
-            f"the file is larger than {limits.max_bytes / 1e6:.0f} MB.",
-            expected="a bench record, which is far smaller.",
-            remedy="Export the table alone, or in parts.",
-        )
+        what = f"the file is larger than {limits.max_bytes / 1e6:.0f} MB."
+        expected = "a bench record, which is far smaller."
+        remedy = "Export the table alone, or in parts."
+    if what:
+        raise InputError.at(place, what, expected=expected, remedy=remedy)
     return data
 
 
 def _compound_file(data: bytes, place: Place) -> InputError:
+    what = "this is an old Excel file (.xls, or another old Office format), whatever its name says."
+    expected, remedy = "an .xlsx workbook.", _SAVE_AS
     # Names in a compound file's directory are UTF-16; an encrypted xlsx is one with this stream.
     if "EncryptedPackage".encode("utf-16-le") in data:
-        return InputError.at(
-            place,
-            "the workbook is encrypted (it asks for a password).",
-            expected="a workbook without a password.",
-            remedy="Save it without a password and copy it here again.",
-        )
-    return InputError.at(
-        place,
-        "this is an old Excel file (.xls, or another old Office format), whatever its name says.",
-        expected="an .xlsx workbook.",
-        remedy=_SAVE_AS,
-    )
+        what = "the workbook is encrypted (it asks for a password)."
+        expected = "a workbook without a password."
+        remedy = "Save it without a password and copy it here again."
+    return InputError.at(place, what, expected=expected, remedy=remedy)
 
 
 def _guess(data: bytes) -> str:
