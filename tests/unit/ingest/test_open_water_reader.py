@@ -273,7 +273,8 @@ def test_a_single_odd_row_is_named(tmp_path: Path) -> None:
     [
         ("KQ", 10.0, "is the column 10K_Q, not K_Q?"),
         ("10KQ", 1.0, "is the column K_Q, not 10K_Q?"),
-        ("KQ", 0.25, "at most 1 is possible"),
+        ("KQ", 0.25, "is in another unit"),
+        ("KQ", 3.0, "is in another unit"),
     ],
 )
 def test_without_an_efficiency_column_the_impossible_is_found(

@@ -173,3 +173,28 @@ def test_times_from_the_start_in_another_unit(worth: int, tmp_path: Path) -> Non
     run = read(tmp_path, json_topic("/depth", times, depths))
     assert abs(run.duration_s - 4.9) < 1e-3
     assert any("seconds where MCAP has nanoseconds" in one.what for one in run.problems)
+
+
+@pytest.mark.parametrize("rest", [NAMES[2:], NAMES[1:]], ids=["the others", "one of both"])
+def test_topics_that_name_some_thrusters_each_are_read_together(
+    rest: tuple[str, ...], tmp_path: Path
+) -> None:
+    codes = np.round(50.0 * RATES[:, :1] + 10.0 * np.arange(4))
+    parts = {"a": NAMES[:2], "b": rest}
+    topics = [
+        joints_topic(
+            f"/thrusters/{one}/command",
+            TIMES,
+            [names] * len(TIMES),
+            codes[:, [NAMES.index(name) for name in names]],
+        )
+        for one, names in parts.items()
+    ]
+    run = read(tmp_path, *topics)
+    found = {column: one for one in run.channels.values() for column in one.columns}
+    both = set(NAMES[:2]).isdisjoint(rest)
+    assert len(found) == (4 if both else max(map(len, parts.values())))
+    for column, channel in found.items():
+        at = NAMES.index(column.removeprefix("command."))
+        own = channel.values[:, channel.columns.index(column)]
+        np.testing.assert_allclose(own, codes[:, at])
