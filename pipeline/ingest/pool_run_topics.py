@@ -196,9 +196,12 @@ def plans_of(
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}
     replaced = {same for one in by_notes for same in same_quantities(one.quantity)}
-    stated = [(one, f"channels: entry {at} of the notes") for at, one in enumerate(by_notes, 1)]
+    stated = [
+        (one, f"channels: entry {at} of the notes ({one.quantity}, {one.topic})")
+        for at, one in enumerate(by_notes, 1)
+    ]
     stated += [
-        (one, f"pool: channels: entry {at}")
+        (one, f"pool: channels: entry {at} ({one.quantity}, {one.topic})")
         for at, one in enumerate(vehicle.pool.channels, 1)
         if one.quantity not in replaced
     ]
@@ -212,8 +215,7 @@ def plans_of(
                 raise NotThereError(f"there is no such topic. The log has {have}")  # noqa: TRY301  said below
             plan = plan_channel(channel, topic, names, mapped_by)
         except NotThereError as error:
-            said = f"{entry} ({channel.quantity}, {channel.topic})"
-            what = f"{said}: {error}; the channel was left out."
+            what = f"{entry}: {error}; the channel was left out."
             problems.append(place.warning(what, remedy="Correct it in vehicle.yaml."))
             continue
         name = channel_name(plan)
