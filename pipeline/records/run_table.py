@@ -173,14 +173,18 @@ class OffRow:
             return None
         period = float(time_s[1] - time_s[0])
         row = np.rint((reading_s - time_s[0]) / period).astype(int)
-        inside = (row >= 0) & (row < time_s.size)
-        row, reading_s, readings = row[inside], reading_s[inside], readings[inside]
-        late_s = reading_s - time_s[row]
+        inside = np.flatnonzero((row >= 0) & (row < time_s.size))
+        late_s = np.zeros(row.shape)
+        late_s[inside] = reading_s[inside] - time_s[row[inside]]
         if not (np.abs(late_s) > _ON_ROW_S).any():
             return None
-        # of several readings next to a row the nearest is written last and stays
-        order = np.argsort(-np.abs(late_s), kind="stable")
-        row, late_s, readings = row[order], late_s[order], readings[order]
+        # of several readings next to a row the nearest is written last and stays; a long log has
+        # twenty a row, so the others are left out first
+        order = inside[np.argsort(-np.abs(late_s[inside]), kind="stable")]
+        nearest = np.full(time_s.size, -1)
+        nearest[row[order]] = order
+        row = np.flatnonzero(nearest >= 0)
+        late_s, readings = late_s[nearest[row]], readings[nearest[row]]
         if readings.shape[1] == 4:
             side = np.einsum("ij,ij->i", readings, np.nan_to_num(values[row]))
             readings = readings * np.where(side < 0.0, -1.0, 1.0)[:, None]
