@@ -8,6 +8,7 @@ from typing import Any
 from pipeline.errors import InputError, Problem, by_severity
 from pipeline.ignored_files import ignored_file_problems
 from pipeline.journal import Event
+from pipeline.language import as_it_is
 from pipeline.plan import (
     MISSING,
     POOL,
@@ -193,7 +194,8 @@ def page_lines(result: Result, out: Path) -> Iterator[str]:
         if record is not None:
             told = runs[page].glance if page in runs else record.glance
             line = record.line if told is None else f"{told.short}; {record.line}"
-        yield f"{vehicle}: {what} {file.removesuffix('.html')}: {line}: {out / page}"
+        own, run = as_it_is(vehicle), as_it_is(file.removesuffix(".html"))
+        yield f"{own}: {what} {run}: {line}: {out / page}"
     if result.done and result.complete and not result.pages:
         yield f"{', '.join(result.vehicles)}: up to date: {out / 'reports' / 'index.html'}"
 
@@ -242,7 +244,7 @@ def _results(result: Result, out: Path) -> Iterator[str]:
         except InputError:
             continue
         if record is not None and record.glance is not None:
-            yield glance_text(name, record.glance)
+            yield glance_text(as_it_is(name), record.glance)
         if record is not None and record.bench:
             yield record.bench
     lines = list(page_lines(result, out))
@@ -279,7 +281,7 @@ def _without_data(outcome: Outcome) -> Iterator[str]:
     said = {_first_gap(p.what) for p in outcome.problems if p.severity == "error"}
     for reason, titles in reasons.items():
         why = "The error below says why." if reason in said else reason
-        yield f"{outcome.vehicle}: left out: {', '.join(titles)}.\n  {why}"
+        yield f"{as_it_is(outcome.vehicle)}: left out: {', '.join(titles)}.\n  {why}"
 
 
 def _first_gap(reason: str) -> str:

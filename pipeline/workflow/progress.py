@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from pipeline.journal import Event
-from pipeline.language import translate
+from pipeline.language import as_it_is, translate
 from pipeline.plan import TITLES
 
 _BAR_CELLS = 24
@@ -75,9 +75,10 @@ def _key(event: Event) -> tuple[str, str, str]:
 
 def _line(event: Event) -> str:
     title = TITLES.get(event.stage, event.stage)
-    whose = f"{event.vehicle}: " if event.vehicle else ""
-    whose += f"{event.item}: " if event.item else ""
+    whose = "".join(f"{as_it_is(name)}: " for name in (event.vehicle, event.item) if name)
     if event.what == "failed":
         return f"{whose}{title}: failed. {event.text}"
     result = event.text or "done"
-    return f"{whose}{translate(title)}: {translate(result)} ({event.seconds:.1f} s)"
+    first, dot, reason = result.partition("left out. ")
+    told = translate(result) if first or not dot else f"{translate(dot)}{translate(reason)}"
+    return f"{whose}{translate(title)}: {told} ({event.seconds:.1f} s)"

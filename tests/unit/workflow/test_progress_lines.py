@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.journal import VARIABLE, Event, Reader, note
+from pipeline.language import use
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
@@ -42,6 +43,24 @@ def test_one_plain_line_a_stage() -> None:
     assert progress.done == 2
     assert progress.failed == [FAILED]
     assert progress.running == {}
+
+
+def test_a_vehicle_is_called_what_it_is_called_in_every_language() -> None:
+    """A name may be a word of the catalogue; the reason is a sentence of its own."""
+    why = "left out. vehicle.yaml has no model: section, so there is no vehicle to fly."
+    no_file = "left out. There are no load-test files in raw/sound/load_test."
+    stream = io.StringIO()
+    use("ru")
+    try:
+        progress = Progress(stream)
+        for text in ("", why, no_file):
+            progress.take(Event("done", "sound", "validation", text))
+    finally:
+        use("en")
+    done, *left_out = stream.getvalue().splitlines()
+    assert done == "sound: полёт распределителя упоров в модели: готово (0,0 с)"
+    assert "в vehicle.yaml нет раздела model:, поэтому лететь нечему." in left_out[0]
+    assert "В raw/sound/load_test нет файлов: нагрузочные испытания." in left_out[1]
 
 
 def test_terminal_gets_a_bar_that_goes_away() -> None:
