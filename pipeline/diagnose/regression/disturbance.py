@@ -73,7 +73,7 @@ def beside_disturbance(
             _left_of(learned, run, changed if k in one.runs else None) for k, run in enumerate(runs)
         ]
         signs = [
-            log_odds(*([left.between / left.within for left in own] for own in (usual, asked))),
+            log_odds(*([left.over(left.within) for left in own] for own in (usual, asked))),
             log_odds(*([left.with_motion for left in own] for own in (usual, asked))),
         ]
         if learned.by_file:
@@ -95,7 +95,7 @@ class _Left:
     with_motion: FloatArray
 
     def over(self, size: FloatArray) -> FloatArray:
-        """Variance between blocks over that of runs as they are, and what a change is off by."""
+        """Variance between blocks over what it should be, and what a change is off by."""
         return self.between / (size + INEXACT**2 * self.did)
 
 
