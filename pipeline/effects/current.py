@@ -43,4 +43,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "r", "x", "y", "z"),
     vector_slots=("current",),
     apply=adding(current=("north_mps", "east_mps", "down_mps")),
+    scales_with=("linear_damping", "quadratic_damping"),
 )
