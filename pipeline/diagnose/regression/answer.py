@@ -139,8 +139,8 @@ def weighed_on_all(
     gained : sequence of Gained
         A thruster that is dead by its gains.
     """
-    more, added = with_sizes(known, asked, gained)
-    grids = zip(*(all_at(one, added) for one in asked), strict=True)
+    more, added, settled = with_sizes(known, asked, gained)
+    grids = zip(*(all_at(one, added) for one in settled), strict=True)
     runs = [learned.told_runs(on_grid) for learned, on_grid in zip(more.grids, grids, strict=True)]
     rankings = [
         _weighed_on(more.directions, learned, on_grid, gained)

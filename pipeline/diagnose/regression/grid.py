@@ -41,7 +41,8 @@ class GridRun:
     with less noise, where they do. `taken` are the sizes at which the last directions were taken;
     `misread` (d, 3, 6) is what a unit of each direction changes in readings of the velocity, see
     the module; `late` is of a unit of each direction that makes readings late; `claimed` is what
-    they are taken from.
+    they are taken from. `made` (m, v) is what a likely change makes of the next velocities, and
+    `settled_of` the run without that; see `Response.settled`.
     """
 
     name: str
@@ -61,6 +62,8 @@ class GridRun:
     taken: Mapping[int, float] = field(default_factory=dict)
     claimed: Claimed | None = field(default=None, repr=False)
     base: "GridRun | None" = field(default=None, repr=False)
+    made: FloatArray | None = None
+    settled_of: "GridRun | None" = field(default=None, repr=False)
 
     @property
     def first(self) -> int:
@@ -80,6 +83,17 @@ class GridRun:
             late={k - count: one for k, one in self.late.items() if k >= count},
             taken={k - count: one for k, one in self.taken.items()},
         )
+
+    @property
+    def unsettled(self) -> "GridRun":
+        """The run without directions at sizes, and without what a change makes of it."""
+        plain = self if self.base is None else self.base
+        return plain.settled_of or plain
+
+    def of_directions(self, own: IntArray) -> "GridRun":
+        """Keep the masses of some directions, and nothing else that they make."""
+        none = np.zeros((len(self.velocity), own.size, 6))
+        return replace(self, more=none, heavier=self.heavier[own], taken={})
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:

@@ -81,6 +81,25 @@ class Response(Ridge):
         """Return what a run that took no part says of the directions."""
         return self._seen(run).told
 
+    def settled(self, run: GridRun, change: FloatArray) -> GridRun:
+        """Return a run, without directions at sizes, that moves as a change has it.
+
+        What a heavier vehicle resists is the acceleration that there is, not that which would be
+        without the change: one that a shifted centre of gravity holds at a list does not begin to
+        right itself.
+
+        Parameters
+        ----------
+        run : GridRun
+            The run, with all directions of the change.
+        change : ndarray, shape (d,)
+            Size of each direction.
+        """
+        rows, first, left = self.after(run, change)
+        made = np.zeros_like(run.velocity)
+        made[rows] = first - left
+        return replace(run.unsettled, made=made, settled_of=run.unsettled)
+
     def would_tell(self, run: GridRun) -> Told:
         """Return what a run that was not flown yet would say, with the noise of the sound ones."""
         usual = np.mean([np.mean(self._noise(one), axis=0) for one in self.remainders], axis=0)
@@ -182,6 +201,12 @@ class Response(Ridge):
         if run.base is not None:
             base = self._seen(run.base, left_out) if usual is None else None
             return self._with(base or self._see(run.base, left_out, usual), run.added, run, fit)
+        if run.settled_of is not None and usual is None:
+            before = self._seen(run.settled_of, left_out)
+            bare = replace(
+                _without_directions(before), gained=before.gained + _made(run, before.rows.rows)
+            )
+            return self._told_by(bare, self._resettled(before, run, fit), run)
         one = Rows(run, self._mean)
         x = self._scaled(one)
         predicted = one.mean + x @ fit.slope
@@ -192,7 +217,7 @@ class Response(Ridge):
         bare = _Seen(
             rows=one,
             predicted=predicted,
-            gained=self._gained(one, fit, predicted),
+            gained=self._gained(one, fit, predicted) + _made(run, one.rows),
             left=left,
             noise=noise,
             white=tuple(self._white(c, fit, x, left, noise) for c in range(len(self.channels))),
@@ -200,6 +225,14 @@ class Response(Ridge):
             told=Told(*none),
         )
         return self._with(bare, run, run, fit)
+
+    def _resettled(self, before: _Seen, run: GridRun, fit: Fit) -> FloatArray:
+        """Signatures (k, d, c) of a run whose velocities gain more than was predicted before."""
+        found, rows = before.signature.copy(), before.rows
+        heavy = np.flatnonzero(np.any(run.heavier, axis=(1, 2)))
+        force, made = self._learned_force(fit.slope), _made(run, rows.rows)
+        found[:, heavy] += rows.signatures(run.of_directions(heavy), force, made)
+        return found
 
     def _gained(self, one: Rows, fit: Fit, predicted: FloatArray) -> FloatArray:
         """Return what velocities are predicted to gain over a period (k, c).
@@ -223,11 +256,14 @@ class Response(Ridge):
         return _White(none, own, rest, across, np.asarray(inner))
 
     def _with(self, seen: _Seen, asked: GridRun, run: GridRun, fit: Fit) -> _Seen:
-        """Add the directions of `asked`; then they are those of the `run`.
+        """Add the directions of `asked`; then they are those of the `run`."""
+        return self._told_by(seen, self._signatures(seen, asked, fit), run)
+
+    def _told_by(self, seen: _Seen, new: FloatArray, run: GridRun) -> _Seen:
+        """Add signatures (k, d, c), with which the directions are those of the `run`.
 
         Errors of the slopes are integrated out.
         """
-        new = self._signatures(seen, asked, fit)
         count = seen.told.thrust.size
         every = count + new.shape[1]
         information = np.zeros((len(seen.told.by_channel), every, every))
@@ -331,6 +367,23 @@ class Response(Ridge):
 def _without(state: FloatArray, misread: FloatArray) -> FloatArray:
     """Velocities and rates (k, 6) without what is misread of the linear ones (k, 3)."""
     return np.hstack([state[:, :3] - misread, state[:, 3:]])
+
+
+def _made(run: GridRun, rows: IntArray) -> FloatArray:
+    """Change (k, c) of the next velocities by what a run is settled by."""
+    return np.zeros((rows.size, run.velocity.shape[1])) if run.made is None else run.made[rows]
+
+
+def _without_directions(seen: _Seen) -> _Seen:
+    every, told = slice(0, 0), seen.told
+    white = [
+        replace(one, directions=one.directions[:, every], across=one.across[:, every])
+        for one in seen.white
+    ]
+    none = Told(
+        told.by_channel[:, every, every], told.score_by_channel[:, every], told.thrust[every]
+    )
+    return replace(seen, white=tuple(white), signature=seen.signature[:, every], told=none)
 
 
 def _thrust(run: GridRun) -> FloatArray:

@@ -37,7 +37,7 @@ def _halves(run: GridRun) -> tuple[GridRun, GridRun]:
             k: Late(*(values[which] for values in (one.slip, one.read, one.true, one.wrench)))
             for k, one in run.late.items()
         }
-        return replace(run, **own, late=late, base=None)
+        return replace(run, **own, late=late, base=None, settled_of=None)
 
     return part(slice(0, middle)), part(slice(middle, rows))
 

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Added, partners, scaled_by
+from pipeline.diagnose.coordinates import Added, Coordinate, partners, scaled_by
+from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
 from pipeline.diagnose.regression.grid import GridRun, all_at
@@ -22,7 +23,9 @@ from pipeline.types import FloatArray
 
 #: Single changes taken at their sizes, in so many rounds, but for small ones (in units), and
 #: those that are no larger than so many standard deviations.
-_LIKELIEST, _ROUNDS, _LEAST_SIZE, _TOLD = 5, 2, 0.02, 2.0
+_LIKELIEST, _ROUNDS, _LEAST_SIZE, _TOLD = 5, 3, 0.02, 2.0
+#: A size that is this share off the one at which it was taken is taken anew.
+_MOVED = 0.2
 #: Steps in which a size is sought, coarse and fine, and the log evidence that one must be worth.
 _STEPS, _WORTH = (2.0, 2.0**0.5), 1.0
 #: Share by which what is found at half the size, or at a unit, may differ of one in proportion.
@@ -34,8 +37,11 @@ Asked = Sequence[Sequence[GridRun]]
 
 def with_sizes(
     known: Reference, asked: Asked, gained: Sequence[Gained]
-) -> tuple[Reference, tuple[Added, ...]]:
-    """Take the likeliest single changes at their sizes, and what acts only beside them.
+) -> tuple[Reference, tuple[Added, ...], Asked]:
+    """Take the likeliest changes at their sizes, and what acts only beside them.
+
+    Each round begins where the one before ended: a run moves as the most probable change has it,
+    and what moved away from the size at which it was taken is taken anew.
 
     Returns
     -------
@@ -43,37 +49,102 @@ def with_sizes(
         With these changes as directions of their own, behind all others.
     added : tuple of Added
         Just these; see `all_at`.
+    asked : sequence of sequence of GridRun
+        The runs, settled by the most probable change; see `Response.settled`.
     """
     taken: dict[int, Added] = {}
     beside: dict[str, tuple[Added, ...]] = {}
-    claimed = asked[0][0].claimed
+    added: tuple[Added, ...] = ()
+    claimed, settled = asked[0][0].claimed, asked
     for _ in range(_ROUNDS):
-        added = (*taken.values(), *(one for own in beside.values() for one in own))
         learned = _beside(known.best, added)
         every = (*known.directions, *(one.direction for one in added))
-        own = [all_at(grids[:1], added)[0] for grids in asked]
-        ranking = weighed(learned.told(own), every, learned.ordinary, gained, learned.sound)
-        singles = [one for one in ranking if one.which and "+" not in one.name]
-        for one in singles[_LIKELIEST - 1 :: -1]:
+        runs = [all_at(grids, added) for grids in settled]
+        told = learned.told([grids[0] for grids in runs])
+        ranking = weighed(told, every, learned.ordinary, gained, learned.sound)
+        settled = _settled(known, added, runs, ranking[0])
+        before = dict(taken)
+        for one, others in reversed(_likely(ranking, every)):
             bounds = np.array([every[k].bounds for k in one.which])
             size = dict(zip(one.which, np.clip(one.mean, *bounds.T).tolist(), strict=True))
             least = dict(zip(one.which, np.maximum(_TOLD * one.std, _LEAST_SIZE), strict=True))
-            large = [k for k in one.which if abs(size[k]) > least[k] and not every[k].beside]
-            if large and claimed is not None:
+            large = [k for k in one.which if abs(size[k]) > least[k]]
+            first = next((every[k] for k in large if not every[k].beside), None)
+            if first is not None and claimed is not None:
                 values = {every[k].parameter.name: every[k].value(size[k]) for k in one.which}
-                first = every[large[0]]
                 beside[one.name] = (
                     *partners(claimed.packed, first, values, known.directions),
                     *scaled_by(first, values, known.directions, len(asked)),
                 )
-            plain = [k for k in large if k < len(known.directions)]
-            taken |= _together(known, [asked[run] for run in one.runs], plain, size)
-    added = (*taken.values(), *(one for own in beside.values() for one in own))
+            where = {k: _place(k, known, added) for k in large}
+            plain = {place: size[k] for k, place in where.items() if place is not None}
+            if any(_moved(plain[k], taken.get(k)) for k in plain):
+                more = tuple(
+                    Added(replace(every[k], beside=()), mean, _place(k, known, added))
+                    for k, mean in others
+                )
+                own = [settled[run] for run in one.runs]
+                taken |= _together(known, own, sorted(plain), plain, more)
+        added = (*taken.values(), *(one for own in beside.values() for one in own))
+        if taken == before:
+            break
     grids = tuple(_beside(one, added) for one in known.grids)
     every = (*known.directions, *(one.direction for one in added))
     none = [NEVER if one.of is None else known.stated[one.of] for one in added]
     stated = np.concatenate([known.stated, none])
-    return replace(known, directions=every, grids=grids, stated=stated), added
+    return replace(known, directions=every, grids=grids, stated=stated), added, settled
+
+
+def _likely(
+    ranking: Sequence[Change], every: Sequence[Coordinate]
+) -> list[tuple[Change, tuple[tuple[int, float], ...]]]:
+    """Return changes that are taken at their sizes, and what stands beside each, at a size.
+
+    The likeliest single ones, and before these both of the most probable pair.
+    """
+    singles = [one for one in ranking if one.which and "+" not in one.name]
+    parts: dict[tuple[str, str | None], list[int]] = {}
+    for place, k in enumerate(ranking[0].which):
+        parts.setdefault((every[k].effect.id, every[k].target), []).append(place)
+    found: list[tuple[Change, tuple[tuple[int, float], ...]]] = []
+    for own in parts.values() if len(parts) > 1 else ():
+        pair = ranking[0]
+        others = tuple(
+            (k, float(mean))
+            for place, (k, mean) in enumerate(zip(pair.which, pair.mean, strict=True))
+            if place not in own
+        )
+        which = tuple(pair.which[place] for place in own)
+        name = f"{pair.name}:{every[which[0]].name}"
+        part = replace(pair, name=name, which=which, mean=pair.mean[own], std=pair.std[own])
+        found.append((part, others))
+    return [*found, *((one, ()) for one in singles[:_LIKELIEST])]
+
+
+def _place(k: int, known: Reference, added: Sequence[Added]) -> int | None:
+    """Return the place of a direction among those that are taken where they are small."""
+    count = len(known.directions)
+    return k if k < count else added[k - count].of
+
+
+def _moved(size: float, before: Added | None) -> bool:
+    """Whether a size is not that at which a direction was taken."""
+    return before is None or abs(size - before.size) > _MOVED * abs(before.size)
+
+
+def _settled(
+    known: Reference, added: Sequence[Added], runs: Asked, first: Change
+) -> list[list[GridRun]]:
+    """Return runs, without directions at sizes, that move as a change has it."""
+    change = np.zeros(len(known.directions) + len(added))
+    change[list(first.which)] = first.mean
+    return [
+        [
+            learned.response.settled(grid, change) if k in first.runs else grid.unsettled
+            for learned, grid in zip(known.grids, grids, strict=True)
+        ]
+        for k, grids in enumerate(runs)
+    ]
 
 
 def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
@@ -104,9 +175,13 @@ def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
 
 
 def _together(
-    known: Reference, asked: Asked, which: Sequence[int], size: Mapping[int, float]
+    known: Reference,
+    asked: Asked,
+    which: Sequence[int],
+    size: Mapping[int, float],
+    others: tuple[Added, ...] = (),
 ) -> dict[int, Added]:
-    """Take parameters of one effect at their sizes, each beside those before it.
+    """Take parameters of one effect at their sizes, each beside those before it and `others`.
 
     Drag goes with the square of the speed: that of a current to the north and the east is not the
     sum of both. Those that are in proportion to their size, beside others as alone, are left out.
@@ -117,7 +192,7 @@ def _together(
         plain = known.directions[k]
         values = ((one.direction.parameter.name, one.direction.value(one.size)) for one in before)
         own = Added(replace(plain, beside=tuple(values)), size[k], k)
-        best = _most_probable(known, asked, before, own)
+        best = _most_probable(known, asked, (*others, *before), own)
         if best is not None:
             found[k] = own = replace(own, size=best)
         before = (*before, own)

@@ -313,3 +313,26 @@ def test_it_may_start_from_a_motion_that_is_known() -> None:
     informed, blank = Response(runs, BENT[0], as_known), Response(runs, BENT[0])
     assert informed.force.reshape(-1, 6, 2)[0, 0, 0] == pytest.approx(PUSH * PERIOD_S, rel=0.01)
     assert error_ahead(informed) < error_ahead(blank) + 0.01
+
+
+def test_what_a_heavier_vehicle_resists_is_the_motion_with_the_change() -> None:
+    """A thruster that is dead accelerates nothing: an added mass has nothing to resist there."""
+    heavier = np.zeros((2, 6, 6))
+    heavier[1, 0, 0] = 1.0
+
+    def two(run: GridRun) -> GridRun:
+        both = np.concatenate([run.more, np.zeros_like(run.more)], axis=1)
+        return replace(run, more=both, heavier=heavier, misread=np.zeros((2, 3, 9)))
+
+    learned = Response([two(flown(seed)) for seed in range(4)], BENT[0])
+    run = two(flown(9, gain=0.0))
+    settled = learned.settled(run, np.array([-1.0, 0.0]))
+    before, after = (learned.told(one).information for one in (run, settled))
+    assert after[1, 1] < 0.3 * before[1, 1]
+    assert after[0, 0] == pytest.approx(before[0, 0])
+    # settled anew from there, and by nothing at all
+    again = learned.settled(settled, np.array([-1.0, 0.0]))
+    assert again.settled_of is run
+    assert learned.told(again).information == pytest.approx(after)
+    plain = learned.settled(settled, np.zeros(2))
+    assert learned.told(plain).information == pytest.approx(before)
