@@ -192,8 +192,9 @@ def test_a_slow_current_is_taken_at_its_size() -> None:
 
 @pytest.mark.slow
 def test_a_module_off_the_middle_is_named_with_its_place() -> None:
-    fault = ",".join(f"{name}={value}" for name, value in MODULE.items() if name != "z_m")
+    module = {"mass_kg": 1.5, "volume_m3": 0.0005, "x_m": 0.2}
+    fault = ",".join(f"{name}={value}" for name, value in module.items())
     found = diagnose(small_case((f"payload:{fault}",), effects=OF_PAYLOAD))
     assert found.verdict.effects == ("payload",)
     low, high = found.ranking[0].parameters["x_m"].ci95
-    assert low < MODULE["x_m"] < high
+    assert low < module["x_m"] < high
