@@ -197,6 +197,9 @@ def read_recording(
     """
     place = Place(shown_as)
     is_px4 = of == "PX4"
+    expected = "a data-flash log (*.BIN) or a telemetry log (*.tlog)."
+    if is_px4:
+        expected = "a ULog file (*.ulg)."
     size, facts = 0, LogFacts(place, 0, 0, writer=of)
     facts.recorder = f"the usual map of {'PX4' if is_px4 else 'ArduSub'}"
     facts.usual = tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[usual])
@@ -211,13 +214,18 @@ def read_recording(
         raise InputError.at(
             place,
             f"the log of {of} cannot be read ({said}).",
-            expected="a ULog file (*.ulg)."
-            if is_px4
-            else "a data-flash log (*.BIN) or a telemetry log (*.tlog).",
+            expected=expected,
             remedy="Copy it from the vehicle again.",
         ) from None
     if not size:
         raise InputError.at(place, "the file is empty.", remedy="Copy the log again.")
+    if not tables:
+        raise InputError.at(
+            place,
+            f"no message of {of} is in the file.",
+            expected=expected,
+            remedy="Check that it is such a log, and that the recorder ran.",
+        )
     return TableLog(tables, facts)
 
 

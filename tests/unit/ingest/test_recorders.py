@@ -269,5 +269,16 @@ def test_of_a_log_that_is_none_the_library_says_nothing_to_the_user(
 ) -> None:
     path = tmp_path / "run.BIN"
     path.write_bytes(b"garbage")
-    open_log(path, "pool/run.BIN")
+    with pytest.raises(InputError, match="no message of ArduPilot"):
+        open_log(path, "pool/run.BIN")
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["noise.BIN", "noise.tlog"])
+def test_a_file_without_a_single_message_is_said_to_be_no_such_log(
+    tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(np.random.default_rng(1).bytes(20_000))
+    with pytest.raises(InputError, match="no message of ArduPilot is in the file"):
+        open_log(path, name)
