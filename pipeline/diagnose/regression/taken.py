@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Added, Coordinate, partners, scaled_by
+from pipeline.diagnose.coordinates import Added, partners, scaled_by
 from pipeline.diagnose.regression.change import Change
 from pipeline.diagnose.regression.directions import NEVER
 from pipeline.diagnose.regression.gained import Gained
@@ -38,7 +38,7 @@ Asked = Sequence[Sequence[GridRun]]
 def with_sizes(
     known: Reference, asked: Asked, gained: Sequence[Gained]
 ) -> tuple[Reference, tuple[Added, ...], Asked]:
-    """Take the likeliest changes at their sizes, and what acts only beside them.
+    """Take the likeliest single changes at their sizes, and what acts only beside them.
 
     Each round begins where the one before ended: a run moves as the most probable change has it,
     and what moved away from the size at which it was taken is taken anew.
@@ -64,7 +64,8 @@ def with_sizes(
         ranking = weighed(told, every, learned.ordinary, gained, learned.sound)
         settled = _settled(known, added, runs, ranking[0])
         before = dict(taken)
-        for one, others in reversed(_likely(ranking, every)):
+        singles = [one for one in ranking if one.which and "+" not in one.name]
+        for one in singles[_LIKELIEST - 1 :: -1]:
             bounds = np.array([every[k].bounds for k in one.which])
             size = dict(zip(one.which, np.clip(one.mean, *bounds.T).tolist(), strict=True))
             least = dict(zip(one.which, np.maximum(_TOLD * one.std, _LEAST_SIZE), strict=True))
@@ -79,12 +80,8 @@ def with_sizes(
             where = {k: _place(k, known, added) for k in large}
             plain = {place: size[k] for k, place in where.items() if place is not None}
             if any(_moved(plain[k], taken.get(k)) for k in plain):
-                more = tuple(
-                    Added(replace(every[k], beside=()), mean, _place(k, known, added))
-                    for k, mean in others
-                )
                 own = [settled[run] for run in one.runs]
-                taken |= _together(known, own, sorted(plain), plain, more)
+                taken |= _together(known, own, sorted(plain), plain)
         added = (*taken.values(), *(one for own in beside.values() for one in own))
         if taken == before:
             break
@@ -93,32 +90,6 @@ def with_sizes(
     none = [NEVER if one.of is None else known.stated[one.of] for one in added]
     stated = np.concatenate([known.stated, none])
     return replace(known, directions=every, grids=grids, stated=stated), added, settled
-
-
-def _likely(
-    ranking: Sequence[Change], every: Sequence[Coordinate]
-) -> list[tuple[Change, tuple[tuple[int, float], ...]]]:
-    """Return changes that are taken at their sizes, and what stands beside each, at a size.
-
-    The likeliest single ones, and before these both of the most probable pair.
-    """
-    singles = [one for one in ranking if one.which and "+" not in one.name]
-    parts: dict[tuple[str, str | None], list[int]] = {}
-    for place, k in enumerate(ranking[0].which):
-        parts.setdefault((every[k].effect.id, every[k].target), []).append(place)
-    found: list[tuple[Change, tuple[tuple[int, float], ...]]] = []
-    for own in parts.values() if len(parts) > 1 else ():
-        pair = ranking[0]
-        others = tuple(
-            (k, float(mean))
-            for place, (k, mean) in enumerate(zip(pair.which, pair.mean, strict=True))
-            if place not in own
-        )
-        which = tuple(pair.which[place] for place in own)
-        name = f"{pair.name}:{every[which[0]].name}"
-        part = replace(pair, name=name, which=which, mean=pair.mean[own], std=pair.std[own])
-        found.append((part, others))
-    return [*found, *((one, ()) for one in singles[:_LIKELIEST])]
 
 
 def _place(k: int, known: Reference, added: Sequence[Added]) -> int | None:
@@ -175,13 +146,9 @@ def _beside(learned: Learned, added: Sequence[Added]) -> Learned:
 
 
 def _together(
-    known: Reference,
-    asked: Asked,
-    which: Sequence[int],
-    size: Mapping[int, float],
-    others: tuple[Added, ...] = (),
+    known: Reference, asked: Asked, which: Sequence[int], size: Mapping[int, float]
 ) -> dict[int, Added]:
-    """Take parameters of one effect at their sizes, each beside those before it and `others`.
+    """Take parameters of one effect at their sizes, each beside those before it.
 
     Drag goes with the square of the speed: that of a current to the north and the east is not the
     sum of both. Those that are in proportion to their size, beside others as alone, are left out.
@@ -192,7 +159,7 @@ def _together(
         plain = known.directions[k]
         values = ((one.direction.parameter.name, one.direction.value(one.size)) for one in before)
         own = Added(replace(plain, beside=tuple(values)), size[k], k)
-        best = _most_probable(known, asked, (*others, *before), own)
+        best = _most_probable(known, asked, before, own)
         if best is not None:
             found[k] = own = replace(own, size=best)
         before = (*before, own)
