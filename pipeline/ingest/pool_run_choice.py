@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.log_source import TABLE
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_health import is_noise_alone, runs_of
+from pipeline.ingest.pool_run_health import is_noise_alone
 from pipeline.ingest.pool_run_meant import meant_otherwise, over_the_earth, readings_of
 from pipeline.ingest.pool_run_pairs import compared, late, pairs_of
 from pipeline.ingest.pool_run_plan import TopicFound
@@ -33,7 +33,7 @@ from pipeline.ingest.pool_run_thrusters import moments_without_turning, thruster
 from pipeline.ingest.quantities import PER_THRUSTER
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_table import RunTable
+from pipeline.records.run_table import RunTable, stretches
 from pipeline.vehicle.schema import Vehicle
 
 #: A source that stands still for a larger share of the run is dead.
@@ -177,7 +177,7 @@ def _death(channel: RunChannel) -> str:
         return "never changes"
     if channel.quantity in _OF_IMU and is_noise_alone(values, channel.period_s):
         return _NOISE
-    longest = max((end - begin for begin, end in runs_of(still)), default=0)
+    longest = max((end - begin for begin, end in stretches(still)), default=0)
     share = longest / len(still)
     return f"stands still for {100 * share:.0f} % of the run" if share > _MOST_STILL else ""
 

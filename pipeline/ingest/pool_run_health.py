@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.records.run_table import continuous
+from pipeline.records.run_table import continuous, stretches
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: A step between readings of more periods than this is a gap.
@@ -205,7 +205,7 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
         far = np.linalg.norm(values - number, axis=1) > _DROPOUT_STEPS * usual
         alone = number in recurring and usual > 0.0 and not jumps
         alone = alone and bool((~far & ~at & np.isfinite(values[:, 0])).mean() < _MOST_NEAR)
-        for begin, end in runs_of(at):
+        for begin, end in stretches(at):
             ends = [row for row in (begin - 1, end - 1) if 0 <= row < steps.size]
             away = steps[ends] > _DROPOUT_STEPS * usual
             if (alone and away.all()) or (
@@ -215,16 +215,10 @@ def _dropouts(values: FloatArray, *, jumps: bool) -> BoolArray:
     return found
 
 
-def runs_of(mark: BoolArray) -> list[tuple[int, int]]:
-    """Return the first row of each run of marked rows, and the row after it."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
-    return [(begin, end) for begin, end in edges.reshape(-1, 2).tolist()]
-
-
 def _runs(mark: BoolArray, least: int) -> BoolArray:
     """Keep runs of at least so many."""
     kept = np.zeros(mark.size, np.bool_)
-    for begin, end in runs_of(mark):
+    for begin, end in stretches(mark):
         kept[begin:end] = end - begin >= least
     return kept
 
